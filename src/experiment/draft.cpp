@@ -129,8 +129,39 @@ std::string joined(std::span<const std::string> names) {
   return out;
 }
 
+// A pose of the base, and forces on links, which are known by their names.
+void write_base(Writer& out, const detail::RecognisedBase& base, const Robot& robot) {
+  if (base.position.empty()) {
+    return;
+  }
+  out.line("[log.base]");
+  out.key("position", toml_strings(base.position));
+  out.key("orientation", toml_strings(base.orientation),
+          base.orientation.size() == 4 ? "w, x, y, z of the rotation from link to world" : "");
+  out.line();
+  if (base.forces.empty()) {
+    out.comment(
+        "[[log.contact]] names measured forces of feet or a hoist; without it nothing touches the robot");
+    out.line();
+  }
+  for (const auto& [stem, columns] : base.forces) {
+    const auto touched = std::ranges::find_if(robot.joints, [&, &begin = stem](const Joint& joint) {
+      return begin.find(joint.link) != std::string::npos;
+    });
+    const bool known = touched != robot.joints.end();
+    const std::string mark = known ? "" : "# ";
+    out.line(mark + "[[log.contact]]");
+    out.line(mark +
+             "link = " + (known ? toml_string(touched->link) : "\"…\"        # moving link that is touched"));
+    out.line(mark + "wrench = " + toml_strings(columns));
+    out.comment("at = [0, 0, 0]    # where, in the frame of the link");
+    out.comment("frame = \"world\"  # where the sensor does not turn with the link");
+    out.line();
+  }
+}
+
 void write_robot(Writer& out, const Robot& robot, const std::string& file, const UrdfOptions& options,
-                 bool control, const std::optional<detail::TargetGains>& gains) {
+                 bool floating, bool control, const std::optional<detail::TargetGains>& gains) {
   out.line("[robot]");
   out.key(is_table(file) ? "mdh" : "urdf", toml_string(file));
   if (!options.base.empty()) {
@@ -141,6 +172,9 @@ void write_robot(Writer& out, const Robot& robot, const std::string& file, const
   }
   if (!options.moving.empty()) {
     out.key("moving", toml_strings(options.moving), "all other joints are held at 0");
+  }
+  if (floating) {
+    out.key("floating", "true", "the log has a pose of the root link");
   }
   out.key("friction", toml_string("auto"), "one law for all joints, by cross-validation (docs/friction.md)");
   out.key("rotor_inertia", "true", "false behind joint torque sensors and for direct drives");
@@ -238,6 +272,7 @@ struct Parts {
   std::vector<Path> logs;
   std::vector<std::string> names;  // of their columns
   detail::RecognisedLog columns;
+  detail::RecognisedBase base;
   std::optional<Clock> clock;
   std::optional<detail::TargetGains> gains;
   std::ptrdiff_t held = 0;  // joints that the logs have no positions of
@@ -319,9 +354,10 @@ std::string text_of(const Parts& found, const Path& file) {
   out.comment("  rivid identify " + name + " --report   the parameters");
   out.comment("docs/experiment.md lists every key.");
   out.line();
-  write_robot(out, found.robot, from_folder(found.robot_file, folder), found.options, found.by_control(),
-              found.gains);
+  write_robot(out, found.robot, from_folder(found.robot_file, folder), found.options,
+              !found.base.position.empty(), found.by_control(), found.gains);
   write_log(out, found.columns, found.joints, std::span(files).first(fitted), found.clock);
+  write_base(out, found.base, found.robot);
   write_signal(out);
   out.line("[method]");
   out.key("name", toml_string("auto"),
@@ -334,7 +370,7 @@ std::string text_of(const Parts& found, const Path& file) {
     out.comment("[validation]");
     out.comment("files = [\"another_run.csv\"]   # takes no part in the fit and judges it");
   }
-  if (!found.columns.reference.columns.empty()) {
+  if (!found.columns.reference.columns.empty() && found.base.position.empty()) {
     out.line();
     write_control(out, found.clock);
   }
@@ -409,6 +445,9 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
   }
   found.joints = detail::joint_names(found.robot);
   found.columns = detail::recognised_log(found.names, found.joints);
+  if (!is_table(robot_file) && options.base.empty()) {
+    found.base = detail::recognised_base(found.names);
+  }
   if (!found.columns.time.columns.empty()) {
     found.clock = clock_of(logs.front(), found.columns.time);
   }

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "data/log_columns.hpp"
+#include "experiment/floating_base.hpp"
 #include "experiment/from_program.hpp"
 #include "experiment/json_fields.hpp"
 #include "experiment/law_control.hpp"
@@ -76,7 +77,9 @@ Log adjusted(Log log, const LogSource& source, const Robot& robot) {
 }
 
 // What [log] says of a log that was read, which long gaps make several of.
-void append_pieces(Log log, const LogSource& source, const Robot& robot, std::vector<Log>& out) {
+void append_pieces(const detail::ColumnsRead& read, const LogSource& source, const Robot& robot,
+                   std::vector<Log>& out) {
+  Log log = detail::with_base(read(source.columns), source, robot, read);
   require_columns(log, robot);
   if (source.side == LogSource::Side::motor) {
     log = joint_side(robot, std::move(log));
@@ -85,8 +88,16 @@ void append_pieces(Log log, const LogSource& source, const Robot& robot, std::ve
   if (source.torque_lag != 0.0 && !by_law) {
     log = shift_torque(log, source.torque_lag);
   }
+  std::vector<Log> wrenches;
+  if (!source.contact.empty()) {
+    wrenches = regularised(detail::wrenches_of(source, read), source.irregular, source.resample);
+  }
   for (Log& piece : regularised(std::move(log), source.irregular, source.resample)) {
     Log whole = adjusted(std::move(piece), source, robot);
+    if (!wrenches.empty()) {
+      whole = detail::with_wrenches(std::move(whole), wrenches.front(), source, robot);
+      wrenches.erase(wrenches.begin());
+    }
     out.push_back(by_law ? detail::with_control_of_law(std::move(whole), source, robot) : std::move(whole));
   }
 }
@@ -152,13 +163,16 @@ std::vector<std::filesystem::path> Experiment::inputs(Use use) const {
 std::vector<Log> read_logs(const LogSource& source, const Robot& robot, const Progress& progress) {
   std::vector<Log> out;
   for (const std::filesystem::path& file : source.files) {
-    LogOptions columns = source.columns;
+    std::function<void(double)> report;
     if (progress) {
-      columns.table.progress = [&](double fraction) {
-        progress("reading " + file.filename().string(), fraction);
-      };
+      report = [&](double fraction) { progress("reading " + file.filename().string(), fraction); };
     }
-    append_pieces(read_csv(file, columns), source, robot, out);
+    append_pieces(
+        [&](LogOptions some) {
+          some.table.progress = report;
+          return read_csv(file, some);
+        },
+        source, robot, out);
   }
   return out;
 }
@@ -180,7 +194,7 @@ const std::vector<Log>& Reading::logs(const LogSource& source, const Robot& robo
 
 std::vector<Log> detail::logs_of(const Table& table, const LogSource& source, const Robot& robot) {
   std::vector<Log> out;
-  append_pieces(log_of(table, source.columns), source, robot, out);
+  append_pieces([&](const LogOptions& columns) { return log_of(table, columns); }, source, robot, out);
   return out;
 }
 

@@ -17,6 +17,7 @@ namespace {
 // A law by its keys. Its faults are reported when all keys are known: a mistyped one comes first.
 template <typename Law>
 std::optional<std::string> read_law(TomlReader& keys, ControlLoop& out) {
+  refuse_floating(keys);
   const Robot& robot = keys.robot();
   Law law;
   keys.read(pole_fields<Law>(), law);

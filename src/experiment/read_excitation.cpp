@@ -41,6 +41,7 @@ void read_more(TomlReader& keys, Space& out) {
 }
 
 void read_excitation_plan(TomlReader keys, ExcitationPlan& out) {
+  refuse_floating(keys);
   keys.read(out);
   keys.finish();
   keys.refuse(out.options.complaint(keys.robot()));

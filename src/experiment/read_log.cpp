@@ -1,3 +1,4 @@
+#include "experiment/floating_base.hpp"
 #include "experiment/sections.hpp"
 
 namespace rivid::detail {
@@ -20,6 +21,29 @@ void read_more(TomlReader& keys, LogSource::Reference& out) {
   keys.set(out.columns.reference_velocity, {.key = "velocity"});
 }
 
+void read_more(TomlReader& keys, LogSource::BasePose& out) {
+  out.position = keys.columns("position", {3});
+  out.acceleration = keys.columns("acceleration", {3});
+  out.orientation = keys.columns("orientation", {4, 3});
+  if (out.position.empty() == out.acceleration.empty()) {
+    keys.fail("must name the columns of either position or acceleration");
+  }
+}
+
+void read_more(TomlReader& keys, LogSource::Contact& out) {
+  out.wrench = keys.columns("wrench", {6, 3});
+  const Robot& robot = keys.robot();
+  if (!link_called(robot, out.link)) {
+    std::vector<std::string> links;
+    for (auto j = static_cast<std::size_t>(robot.first_body()); j < robot.chain.links.size(); ++j) {
+      links.push_back(robot.link_name(j));
+    }
+    keys.fail(*keys.find("link"), "link",
+              "is no moving link of robot \"" + robot.name + "\", which has " + quoted_list(links) +
+                  ": of one that is fixed to such a link take that and `at`");
+  }
+}
+
 LogSource read_log_source(TomlReader keys, LogSource out) {
   out.files.clear();
   keys.read(out);
@@ -40,6 +64,15 @@ LogSource read_log_source(TomlReader keys, LogSource out) {
   keys.set(out.subtract, {.key = "subtract",
                           .details = {.must_be = "a list of tables: [{ joint = \"joint_2\", table = "
                                                  "\"counterbalance.csv\" }]"}});
+  keys.set(out.base, {.key = "base"});
+  keys.set(out.contact,
+           {.key = "contact", .details = {.must_be = "a list of tables: [[log.contact]] before each"}});
+  if (out.base.has_value() != (keys.robot().base_joints > 0)) {
+    keys.fail("base and floating = true of [robot] belong together");
+  }
+  if (!out.contact.empty() && out.torque_lag != 0.0) {
+    keys.fail(*keys.find("torque_lag"), "torque_lag", "does not go with contact: shift the log before");
+  }
   if (auto reference = keys.section("reference_file")) {
     LogSource::Reference& of_file = out.reference.emplace(LogSource::Reference{});
     of_file.columns.reference = columns.reference;

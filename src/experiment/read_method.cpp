@@ -88,6 +88,10 @@ SignalOptions read_signal(TomlReader keys) {
   }
   keys.finish();
   keys.refuse(out.complaint(keys.joints()));
+  if (!out.velocity_threshold.empty()) {
+    const auto of_base = static_cast<std::size_t>(keys.robot().base_joints);
+    out.velocity_threshold.insert(out.velocity_threshold.begin(), of_base, 0.0);
+  }
   return out;
 }
 

@@ -27,6 +27,7 @@ void read_more(TomlReader& keys, Joint& out) {
 UrdfOptions read_urdf_options(TomlReader& keys) {
   UrdfOptions options;
   keys.set(options.base, {.key = "base"});
+  keys.set(options.floating, {.key = "floating"});
   keys.set(options.tip, {.key = "tip"});
   keys.set(options.moving, {.key = "moving"});
   keys.set(options.dependent,
@@ -132,14 +133,23 @@ Robot read_robot(TomlReader keys, std::filesystem::path& robot_file) {
 }
 
 void refuse_links_of_table(TomlReader& keys) {
-  keys.refuse_keys({"base", "tip", "moving"},
+  keys.refuse_keys({"base", "floating", "tip", "moving"},
                    "goes with urdf: a table describes the chain from its base to its tip");
+}
+
+void refuse_floating(TomlReader& keys) {
+  if (keys.robot().base_joints > 0) {
+    keys.fail("is for a base that stands still: take floating out of [robot]");
+  }
 }
 
 Robot with_options(TomlReader keys, Robot robot) {
   keys.of(robot);
   keys.read(robot_keys, robot);
-  std::apply([&](const auto&... field) { (keys.read_each(field, robot.joints), ...); }, Joint::fields());
+  const auto first = robot.joints.begin() + robot.base_joints;
+  std::vector<Joint> driven(first, robot.joints.end());
+  std::apply([&](const auto&... field) { (keys.read_each(field, driven), ...); }, Joint::fields());
+  std::ranges::move(driven, first);
   if (auto joints = keys.section("joints")) {
     for (const auto& [key, node] : joints->table()) {
       const std::string name(key.str());
@@ -149,11 +159,13 @@ Robot with_options(TomlReader keys, Robot robot) {
   }
   keys.set(robot.couplings,
            {.key = "coupling", .details = {.must_be = "a list of tables: [[robot.coupling]] before each"}});
-  const std::string n = std::to_string(robot.size());
+  const Index count = keys.joints();
+  const std::string n = std::to_string(count);
   if (const auto gears =
-          keys.matrix("gear_matrix", robot.size(), robot.size(),
+          keys.matrix("gear_matrix", count, count,
                       n + " lists of " + n + " numbers: one list a motor, one number a joint")) {
-    robot.gear_matrix = *gears;
+    robot.gear_matrix = Matrix::Identity(robot.size(), robot.size());
+    robot.gear_matrix.bottomRightCorner(count, count) = *gears;
   }
   keys.finish();
   keys.refuse(robot.complaint());

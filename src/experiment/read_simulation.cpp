@@ -112,6 +112,7 @@ ReferenceSource read_reference_source(TomlReader keys) {
 }
 
 SimulationPlan read_simulation(TomlReader keys, const std::optional<ControlLoop>& control) {
+  refuse_floating(keys);
   SimulationPlan out;
   // The rate of the log is that of the controller where nothing else is said.
   if (is_sampled(control)) {

@@ -46,42 +46,53 @@ struct ColumnMeaning {
 };
 
 // What a word says about a column.
-enum class Word { position, velocity, torque, control, wanted, time, no_matter, strange, other_quantity };
+enum class ColumnWord {
+  position,
+  velocity,
+  torque,
+  control,
+  wanted,
+  time,
+  no_matter,
+  strange,
+  other_quantity
+};
 
 // Words of one meaning, with blanks around each.
 struct Meaning {
   std::string_view words;
-  Word means;
-  Word also = Word::no_matter;  // "qref" is a position that is wanted
+  ColumnWord means;
+  ColumnWord also = ColumnWord::no_matter;  // "qref" is a position that is wanted
 };
 
 constexpr std::array meanings = {
-    Meaning{" q qm qpos jpos pos position positions angle angles theta θ winkel ", Word::position},
+    Meaning{" q qm qpos jpos pos position positions angle angles theta θ winkel ", ColumnWord::position},
     Meaning{" qd dq qdot dqm qvel jvel vel velocity velocities speed speeds omega ω geschwindigkeit vitesse ",
-            Word::velocity},
+            ColumnWord::velocity},
     Meaning{" tau taum τ torque torques trq effort efforts moment moments drehmoment couple couples force ",
-            Word::torque},
-    Meaning{" current currents curr cur strom courant i iq u v vtau control ctrl ", Word::control},
+            ColumnWord::torque},
+    Meaning{" current currents curr cur strom courant i iq u v vtau control ctrl ", ColumnWord::control},
     // Where there is a current it is that.
-    Meaning{" voltage spannung load pwm duty ", Word::control, Word::strange},
+    Meaning{" voltage spannung load pwm duty ", ColumnWord::control, ColumnWord::strange},
     Meaning{" ref reference target des desired d cmd command commanded set setpoint sp goal r "
             "soll consigne ",
-            Word::wanted},
-    Meaning{" qref qdes qcmd qr ", Word::position, Word::wanted},
-    Meaning{" itarget targeti targetcurrent currenttarget icmd iref ", Word::control, Word::wanted},
+            ColumnWord::wanted},
+    Meaning{" qref qdes qcmd qr ", ColumnWord::position, ColumnWord::wanted},
+    Meaning{" itarget targeti targetcurrent currenttarget icmd iref ", ColumnWord::control,
+            ColumnWord::wanted},
     Meaning{" tautarget targettau targettorque torquetarget targetmoment momenttarget taucmd tauref ",
-            Word::torque, Word::wanted},
-    Meaning{" qdref dqref qddes dqdes qdcmd ", Word::velocity, Word::wanted},
-    Meaning{" t time times timestamp timestamps stamp zeit temps ", Word::time},
+            ColumnWord::torque, ColumnWord::wanted},
+    Meaning{" qdref dqref qddes dqdes qdcmd ", ColumnWord::velocity, ColumnWord::wanted},
+    Meaning{" t time times timestamp timestamps stamp zeit temps ", ColumnWord::time},
     Meaning{" joint joints j axis ax a state states field data actual act meas measured msr real robot arm "
             "observation ist gelenk achse axe articulation ",
-            Word::no_matter},
-    Meaning{" link motor raw filtered filt ", Word::strange},
+            ColumnWord::no_matter},
+    Meaning{" link motor raw filtered filt ", ColumnWord::strange},
     Meaning{
         " qdd ddq qddot acc accel acceleration accelerations jerk ext external error err temperature temp "
         "tcp tool pose cartesian gravity friction coriolis estimated est hat model residual limit mode "
         "status ",
-        Word::other_quantity}};
+        ColumnWord::other_quantity}};
 
 // Names that say by their program alone what they hold: their last words, and the unit of that program.
 struct ProgramName {
@@ -189,7 +200,7 @@ ColumnName parted(std::string_view name) {
 }
 
 ColumnMeaning meaning_of(const std::vector<std::string>& words) {
-  std::array<bool, static_cast<std::size_t>(Word::other_quantity) + 1> says{};
+  std::array<bool, static_cast<std::size_t>(ColumnWord::other_quantity) + 1> says{};
   ColumnMeaning out;
   for (const std::string& word : words) {
     const auto known = std::ranges::find_if(meanings, [&](const Meaning& meaning) {
@@ -199,27 +210,27 @@ ColumnMeaning meaning_of(const std::vector<std::string>& words) {
       out.strangeness += 2;
       continue;
     }
-    for (const Word means : {known->means, known->also}) {
+    for (const ColumnWord means : {known->means, known->also}) {
       says[static_cast<std::size_t>(means)] = true;
-      out.strangeness += static_cast<int>(means == Word::strange);
+      out.strangeness += static_cast<int>(means == ColumnWord::strange);
     }
   }
-  const auto has = [&](Word word) { return says[static_cast<std::size_t>(word)]; };
-  const int motions = static_cast<int>(has(Word::position)) + static_cast<int>(has(Word::velocity)) +
-                      static_cast<int>(has(Word::torque));
-  if (has(Word::other_quantity) || motions > 1) {
+  const auto has = [&](ColumnWord word) { return says[static_cast<std::size_t>(word)]; };
+  const int motions = static_cast<int>(has(ColumnWord::position)) +
+                      static_cast<int>(has(ColumnWord::velocity)) + static_cast<int>(has(ColumnWord::torque));
+  if (has(ColumnWord::other_quantity) || motions > 1) {
     return out;
   }
-  const bool wanted = has(Word::wanted);
-  if (has(Word::position)) {
+  const bool wanted = has(ColumnWord::wanted);
+  if (has(ColumnWord::position)) {
     out.kind = wanted ? ColumnKind::reference : ColumnKind::position;
-  } else if (has(Word::velocity)) {
+  } else if (has(ColumnWord::velocity)) {
     out.kind = wanted ? ColumnKind::reference_velocity : ColumnKind::velocity;
-  } else if (has(Word::torque)) {
+  } else if (has(ColumnWord::torque)) {
     out.kind = wanted ? ColumnKind::target_torque : ColumnKind::torque;
-  } else if (has(Word::control)) {  // last: "current_position" is no current
+  } else if (has(ColumnWord::control)) {  // last: "current_position" is no current
     out.kind = wanted ? ColumnKind::target_current : ColumnKind::control;
-  } else if (has(Word::time)) {
+  } else if (has(ColumnWord::time)) {
     out.kind = ColumnKind::time;
   } else if (const auto program = std::ranges::find_if(
                  program_names, [text = " " + joined(words, 0)](
@@ -419,6 +430,33 @@ RecognisedColumns best(const std::vector<Group>& groups, ColumnKind kind, std::s
   return {found->columns, found->meaning.unit};
 }
 
+using Words = std::span<const std::string_view>;
+
+// Columns that are called alike but for their ends, the first of which is one of `firsts` as well; with what all
+// begin with. Empty where one is missing, or one is of something else than a base.
+std::pair<std::string, std::vector<std::string>> alike(std::span<const std::string> names, std::size_t from,
+                                                       Words firsts, Words ends) {
+  constexpr std::string_view others =
+      " tcp tool ee eef effector hand flange gripper target desired reference ref cmd ";
+  const std::string& name = names[from];
+  const bool other = std::ranges::any_of(words_of(name), [&](const std::string& word) {
+    return others.find(' ' + word + ' ') != std::string_view::npos;
+  });
+  if (other || std::ranges::none_of(
+                   firsts, [&](std::string_view first) { return in_small_letters(name).ends_with(first); })) {
+    return {};
+  }
+  const std::string stem = name.substr(0, name.size() - ends.front().size());
+  std::vector<std::string> out;
+  for (const std::string_view end : ends) {
+    if (std::ranges::find(names, stem + std::string(end)) == names.end()) {
+      return {};
+    }
+    out.push_back(stem + std::string(end));
+  }
+  return {stem, out};
+}
+
 RecognisedColumns time_column(std::span<const std::string> names, std::vector<std::string>& doubts) {
   std::vector<Group> groups;
   add_single(names, groups);
@@ -460,6 +498,34 @@ RecognisedLog recognised_log(std::span<const std::string> names, std::span<const
   out.target_current = best(groups, ColumnKind::target_current, "target current", silent);
   out.target_torque = best(groups, ColumnKind::target_torque, "target torque", silent);
   return out;
+}
+
+RecognisedBase recognised_base(std::span<const std::string> names) {
+  constexpr auto places = std::to_array<std::string_view>(
+      {"base_x", "base_pos_x", "base_position_x", "base.x", "position.x", "position_x"});
+  constexpr auto quaternions = std::to_array<std::string_view>(
+      {"base_qw", "base_q_w", "base_quat_w", "base.qw", "orientation.w", "orientation_w"});
+  constexpr auto rolls = std::to_array<std::string_view>({"base_roll", "base.roll"});
+  constexpr auto forces =
+      std::to_array<std::string_view>({"_fx", ".fx", "force_x", "force.x", "force/x", "_f_x"});
+  constexpr auto xyz = std::to_array<std::string_view>({"x", "y", "z"});
+  constexpr auto wxyz = std::to_array<std::string_view>({"w", "x", "y", "z"});
+  constexpr auto rpy = std::to_array<std::string_view>({"roll", "pitch", "yaw"});
+  RecognisedBase out;
+  const auto take = [&](std::size_t i, Words firsts, Words ends, std::vector<std::string>& to) {
+    if (to.empty()) {
+      to = alike(names, i, firsts, ends).second;
+    }
+  };
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    take(i, places, xyz, out.position);
+    take(i, quaternions, wxyz, out.orientation);
+    take(i, rolls, rpy, out.orientation);
+    if (auto [stem, columns] = alike(names, i, forces, xyz); !columns.empty()) {
+      out.forces[stem] = std::move(columns);
+    }
+  }
+  return out.position.empty() || out.orientation.empty() ? RecognisedBase() : out;
 }
 
 std::vector<std::string> joints_in(std::span<const std::string> names, std::span<const std::string> joints) {

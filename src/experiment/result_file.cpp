@@ -144,6 +144,7 @@ Robot result_robot(const JsonNode& robot) {
   out.name = robot.at("name").text();
   out.base = robot.at("base").text();
   out.chain.gravity = vector3(robot.at("gravity"));
+  out.base_joints = robot.has("base_joints") ? static_cast<Index>(robot.at("base_joints").number()) : 0;
   std::vector<JsonNode> joints = robot.at("joints").list();
   for (const JsonNode& node : joints) {
     out.joints.push_back(joint(node));

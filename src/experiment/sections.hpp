@@ -31,6 +31,10 @@ inline constexpr auto robot_keys = std::tuple(
           [](const Robot& robot) { return robot.base; },
           "URDF only: link that stands still",
           {.otherwise = "root of the tree"}},
+    Field{"floating",
+          [](const Robot& robot) { return robot.base_joints > 0; },
+          "URDF only: the root of the tree moves freely, see [floating base](#logbase)",
+          {.otherwise = "`false`"}},
     Field{"tip",
           Key<std::string>(),
           "URDF only: last link of a chain",
@@ -146,6 +150,9 @@ inline constexpr auto trial_keys = std::tuple(
 /// Keys of [robot] that choose the chain of a URDF; `gravity` is for tables too.
 [[nodiscard]] UrdfOptions read_urdf_options(TomlReader& keys);
 
+/// Refuses what a floating base has no use for: a loop, its simulation, a motion of drives alone.
+void refuse_floating(TomlReader& keys);
+
 /// Refuses those that a table has no use for.
 void refuse_links_of_table(TomlReader& keys);
 
@@ -183,6 +190,8 @@ void read_excitation_plan(TomlReader keys, ExcitationPlan& out);
 /// What TomlReader::read_whole() takes beside the fields of a record.
 void read_more(TomlReader& keys, Coupling& out);
 void read_more(TomlReader& keys, Joint& out);
+void read_more(TomlReader& keys, LogSource::BasePose& out);
+void read_more(TomlReader& keys, LogSource::Contact& out);
 void read_more(TomlReader& keys, LogSource::Reference& out);
 void read_more(TomlReader& keys, LogSource::Subtraction& out);
 void read_more(TomlReader& keys, Physical& out);

@@ -444,6 +444,23 @@ void TomlReader::take(const toml::node& node, const Wanted& wanted, std::vector<
   }
 }
 
+std::vector<Column> TomlReader::columns(std::string_view key, std::vector<Index> numbers) {
+  std::vector<Column> out;
+  const toml::node* const node = find(key);
+  if (node == nullptr) {
+    return out;
+  }
+  for (const toml::node* const item : items(*node)) {
+    out.push_back(as<Column>(*item, key));
+  }
+  if (std::ranges::find(numbers, std::ssize(out)) == numbers.end()) {
+    fail(*node, key,
+         "names " + counted(std::ssize(out), "column") + ", must name " + std::to_string(numbers.front()) +
+             (numbers.size() > 1 ? " or " + std::to_string(numbers.back()) : ""));
+  }
+  return out;
+}
+
 std::string TomlReader::column_name(const toml::node& node, std::string_view key) const {
   if (node.is_integer()) {
     const auto column = as<std::int64_t>(node, key);

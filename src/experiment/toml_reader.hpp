@@ -74,7 +74,8 @@ class TomlReader {
     return *this;
   }
   [[nodiscard]] const Robot& robot() const { return *robot_; }
-  [[nodiscard]] Index joints() const { return robot_ != nullptr ? robot_->size() : 0; }
+  /// Those that lists have a value of.
+  [[nodiscard]] Index joints() const { return robot_ != nullptr ? robot_->size() - robot_->base_joints : 0; }
 
   /// The node of a key, nothing if the file does not have it.
   const toml::node* find(std::string_view key) {
@@ -155,6 +156,9 @@ class TomlReader {
       take(list != nullptr ? *list->get(j) : *node, {field.key, field.details}, out[j].*field.member);
     }
   }
+
+  /// Columns that are not one a joint, of which there must be one of a few numbers; none where the key is absent.
+  [[nodiscard]] std::vector<Column> columns(std::string_view key, std::vector<Index> numbers);
 
   /// Position of one of a few words among them.
   [[nodiscard]] std::size_t word(const toml::node& node, std::string_view key,

@@ -205,6 +205,10 @@ std::vector<std::filesystem::path> exported_files(ModelFormat format, const std:
 
 ExportedModel exported_model(ModelFormat format, const std::filesystem::path& urdf, const Robot& robot,
                              const Eigen::Ref<const Vector>& chi_st, const ModelExportOptions& options) {
+  if (robot.base_joints > 0 && format != ModelFormat::urdf) {
+    throw InputError("exported_model: base of robot \"" + robot.name +
+                     "\" floats; such a robot is written as URDF alone (urdf)");
+  }
   const std::string text = urdf_text(urdf);
   const RewrittenUrdf rewritten =
       rewritten_urdf(text, urdf.string(), robot, chi_st, {.force = options.force});

@@ -410,8 +410,18 @@ std::optional<std::string> body_complaint(const Inertial& inertial) {
 RewrittenUrdf rewritten_urdf(std::string_view xml, const std::string& source, const Robot& robot,
                              const Eigen::Ref<const Vector>& chi_st, const UrdfWriteOptions& options) {
   const Robot as_read = read_again(xml, source, robot);
+  std::string floating;
+  std::string added;
+  if (robot.base_joints > 0) {
+    added = detail::floating_joints(detail::UrdfDocument(xml, source));
+    floating = detail::with_floating_joints(xml, source);
+    xml = floating;
+  }
   const std::vector<detail::JointValues> values = detail::joint_values(robot, chi_st, "rewritten_urdf");
   RewrittenUrdf out = Writer(xml, source, robot, as_read).run(values);
+  if (!added.empty()) {
+    out.text.erase(out.text.rfind(added), added.size());
+  }
   if (!out.faults.empty() && !options.force) {
     out.text.clear();
   }

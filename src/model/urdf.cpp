@@ -2,10 +2,13 @@
 
 #include <urdf_parser/urdf_parser.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <kdl/tree.hpp>
 #include <limits>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -114,11 +117,75 @@ void take_limits_and_friction(Joint& joint, const urdf::Joint& from) {
   }
 }
 
+// Name, kind and axis of Robot::base_joints.
+struct BaseJoint {
+  std::string_view name;
+  std::string_view type;
+  std::string_view axis;
+};
+constexpr std::array base_joints = {
+    BaseJoint{"base_x", "prismatic", "1 0 0"},      BaseJoint{"base_y", "prismatic", "0 1 0"},
+    BaseJoint{"base_z", "prismatic", "0 0 1"},      BaseJoint{"base_yaw", "continuous", "0 0 1"},
+    BaseJoint{"base_pitch", "continuous", "0 1 0"}, BaseJoint{"base_roll", "continuous", "1 0 0"}};
+
+// Of [robot] moving, with the joints of a floating base.
+UrdfOptions with_base_joints(UrdfOptions options) {
+  const bool named = std::ranges::find(options.moving, base_joints.front().name) != options.moving.end();
+  if (options.floating && !options.moving.empty() && !named) {
+    for (const BaseJoint& joint : base_joints) {
+      options.moving.emplace_back(joint.name);
+    }
+  }
+  return options;
+}
+
+void free_base(Robot& robot) {
+  robot.base_joints = std::ssize(base_joints);
+  for (Joint& joint : std::span(robot.joints).first(base_joints.size())) {
+    joint = {.name = joint.name,
+             .link = joint.link,
+             .type = joint.type,
+             .friction = Friction::none,
+             .rotor_inertia = false};
+  }
+}
+
 }  // namespace
 
+std::string detail::floating_joints(const UrdfDocument& document) {
+  const UrdfTopology tree = urdf_topology(document);
+  std::string out = "<link name=\"world_of_base\"/>";
+  std::string parent = "world_of_base";
+  for (const BaseJoint& joint : base_joints) {
+    const bool last = joint.name == base_joints.back().name;
+    const std::string child(last ? tree.link(tree.root).name : joint.name);
+    if (!last) {  // a mass of zero is no forgotten one
+      out.append("<link name=\"").append(child);
+      out.append(
+          "\"><inertial><mass value=\"0\"/><inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" "
+          "izz=\"0\"/>");
+      out.append("</inertial></link>");
+    }
+    out.append("<joint name=\"").append(joint.name).append("\" type=\"").append(joint.type);
+    out.append("\"><parent link=\"").append(parent).append("\"/><child link=\"").append(child);
+    out.append("\"/><axis xyz=\"").append(joint.axis);
+    out.append("\"/><limit lower=\"-1e6\" upper=\"1e6\" velocity=\"1e6\" effort=\"1e6\"/></joint>");
+    parent = child;
+  }
+  return out;
+}
+
+std::string detail::with_floating_joints(std::string_view xml, const std::string& source) {
+  std::string out(xml);
+  const std::string joints = floating_joints(UrdfDocument(xml, source));
+  return out.insert(xml.rfind("</"), joints);
+}
+
 UrdfOptions same_part(const Robot& robot) {
-  UrdfOptions out{.base = robot.base,
+  const bool floating = robot.base_joints > 0;
+  UrdfOptions out{.base = floating ? "" : robot.base,
                   .tip = {},
+                  .floating = floating,
                   .followers = false,
                   .dependent = dependent_joints(robot),
                   .gravity = robot.chain.gravity};
@@ -131,7 +198,12 @@ UrdfOptions same_part(const Robot& robot) {
   return out;
 }
 
-Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOptions& options) {
+Robot parse_urdf(std::string_view text, const std::string& source, const UrdfOptions& asked) {
+  const UrdfOptions options = with_base_joints(asked);
+  if (options.floating && !options.base.empty()) {
+    throw InputError(source + ": base is given for a floating base, which is the root of the tree");
+  }
+  const std::string xml = options.floating ? detail::with_floating_joints(text, source) : std::string(text);
   const detail::UrdfDocument document(xml, source);
   const detail::CheckedUrdf checked = detail::checked_urdf(document, options);
   const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(checked.xml);
@@ -150,6 +222,9 @@ Robot parse_urdf(std::string_view xml, const std::string& source, const UrdfOpti
   robot.base = checked.base;
   for (Joint& joint : robot.joints) {
     take_limits_and_friction(joint, *model->getJoint(joint.name));
+  }
+  if (options.floating) {
+    free_base(robot);
   }
   for (Finding& warning : robot.warnings) {
     warning.text.insert(0, source + ": ");

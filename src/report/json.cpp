@@ -197,6 +197,9 @@ Json robot_members(const Robot& robot) {
               {"joints", joints(robot)},
               {"coupling", couplings(robot)},
               {"gear_matrix", robot.gear_matrix.size() > 0 ? json_of(robot.gear_matrix) : Json()}};
+  if (robot.base_joints > 0) {
+    out["base_joints"] = robot.base_joints;
+  }
   if (!robot.chain.dependents.empty()) {
     out["dependent"] = dependents(robot);
   }

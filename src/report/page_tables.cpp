@@ -181,6 +181,8 @@ std::map<std::string, KeyTable> key_tables() {
   out["log"].add<LogSource>();
   out["log.column"].add<rivid::Column>();
   out["log.subtract"].add<LogSource::Subtraction>();
+  out["log.base"].add<LogSource::BasePose>();
+  out["log.contact"].add<LogSource::Contact>();
   out["log.reference_file"].add<LogSource::Reference>();
   out["signal"].add<SignalOptions>();
   out["method"].add<Estimation>(method_keys).add<CovarianceOptions>().add<Robust>();

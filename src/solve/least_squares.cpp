@@ -312,10 +312,11 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
 namespace {
 
 // A group with fewer rows for each of its columns fits itself in part, or altogether: its deviation is told by
-// the fit to all groups, which leaves it the degrees of freedom that the others do not determine for it.
+// the fit to all groups, which leaves it the degrees of freedom that the others do not determine for it. So is
+// that of rows without Y, which parameters of zero fit.
 bool fits_itself(const RowGroup& group) {
   constexpr Index enough = 5;
-  return group.qr.rows() > 0 && group.qr.rows() < enough * group.qr.columns();
+  return group.qr.rows() > 0 && (group.qr.rows() < enough * group.qr.columns() || group.qr.y_norm() == 0.0);
 }
 
 double rms(const RowGroup& group) {
@@ -340,8 +341,13 @@ void refit_by_all(std::span<const RowGroup> groups, Index columns, std::vector<d
   constexpr double least_freedom = 0.1;  // of the rows
   constexpr int most_rounds = 8;
   constexpr double settled = 0.01;
+  double largest = 0.0;
+  for (const RowGroup& group : groups) {
+    largest = std::max(largest, group.qr.rows() > 0 ? rms(group) : 0.0);
+  }
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    sigmas[g] = fits_itself(groups[g]) ? std::max(first * rms(groups[g]), sigmas[g]) : sigmas[g];
+    const double own = fits_itself(groups[g]) ? rms(groups[g]) : 0.0;
+    sigmas[g] = fits_itself(groups[g]) ? std::max(first * (own > 0.0 ? own : largest), sigmas[g]) : sigmas[g];
   }
   double step = 1.0;
   for (int round = 0; round < most_rounds && step > settled; ++round) {

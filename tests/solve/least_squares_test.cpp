@@ -191,6 +191,24 @@ TEST(GroupSigmas, OfAGroupThatNothingElseDeterminesStayBounded) {
   EXPECT_NEAR(group_sigmas(groups)[1], 1e-3 * rms, 1e-9 * rms);
 }
 
+// A floating base without contact: all parameters of zero would fit its rows.
+TEST(GroupSigmas, OfRowsWithoutYAreThoseThatTheFitToAllLeaves) {
+  constexpr double noise = 0.1;
+  constexpr unsigned runs = 50;
+  double squares = 0.0;
+  for (unsigned run = 0; run < runs; ++run) {
+    std::vector<RowGroup> groups = unequal_groups(200, noise, noise, 3000 + 4 * run);
+    Matrix W = random_matrix(200, 4, 3002 + 4 * run);
+    const Vector errors = noise * random_matrix(200, 1, 3003 + 4 * run);
+    W -= 0.25 * (W * Vector::Ones(4) - errors) * Vector::Ones(4).transpose();
+    groups[1] = {{0, 1, 2, 3}, StreamingQr(4)};
+    groups[1].qr.add(W, Vector::Zero(200));
+    squares += std::pow(group_sigmas(groups)[1] / noise, 2.0);
+  }
+  const double scatter = random_matrix(1000, 1, 5).squaredNorm() / 1000.0;
+  EXPECT_NEAR(squares / runs / scatter, 1.0, 4.0 * std::sqrt(2.0 / (200.0 * runs)));
+}
+
 TEST(GroupSigmas, AreNeverZero) {
   const Matrix W = random_matrix(50, 3, 61);
   std::vector<RowGroup> groups = {{{0, 1, 2}, StreamingQr(3)}};

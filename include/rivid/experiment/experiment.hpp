@@ -246,6 +246,54 @@ struct LogSource {
     }
   };
 
+  /// Where the floating base is in the world: the frame of its link, by its position or by an accelerometer on
+  /// it, and its orientation.
+  struct BasePose {
+    std::vector<Column> position;      ///< x, y, z [m]
+    std::vector<Column> acceleration;  ///< specific force, R^T (a − g), in the frame of the link [m/s²]
+    std::vector<Column> orientation;   ///< quaternion w, x, y, z, or roll, pitch, yaw [rad]
+    Eigen::Vector3d imu = Eigen::Vector3d::Zero();  ///< place of the accelerometer on the link [m]
+
+    template <typename B = BasePose>
+    static constexpr auto fields() {
+      return std::tuple(
+          Field{"position",
+                [](const B& b) { return b.position; },
+                "x, y, z of the root link in the world; either these or `acceleration`",
+                {.otherwise = "–", .unit = "m"}},
+          Field{"acceleration",
+                [](const B& b) { return b.acceleration; },
+                "three axes of an accelerometer along those of the root link, which shows +g upwards at rest",
+                {.otherwise = "–", .unit = "m/s²"}},
+          Field{"imu", &B::imu, "place of the accelerometer on the root link", {.unit = "m"}},
+          Field{"orientation",
+                [](const B& b) { return b.orientation; },
+                "quaternion w, x, y, z, or roll, pitch, yaw: link to world",
+                {.unit = "rad", .required = "must name the columns of orientation"}});
+    }
+  };
+  /// A measured wrench of the environment on a link.
+  struct Contact {
+    enum class Frame { link, world };
+
+    std::string link;
+    std::vector<Column> wrench;                    ///< force, or force and moment about `at` [N, N·m]
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< where the force acts, in the frame of the link [m]
+    Frame frame = Frame::link;                     ///< of the components
+
+    template <typename C = Contact>
+    static constexpr auto fields() {
+      constexpr std::string_view named = "must name link and wrench";
+      return std::tuple(Field{"link", &C::link, "moving link that is touched", {.required = named}},
+                        Field{"wrench",
+                              [](const C& c) { return c.wrench; },
+                              "force on the link, or force and moment about `at`: 3 or 6 columns",
+                              {.unit = "N, N·m", .required = named}},
+                        Field{"at", &C::at, "where the force acts, in the frame of the link", {.unit = "m"}},
+                        Field{"frame", &C::frame, "axes of the wrench: `\"link\"` or `\"world\"`"});
+    }
+  };
+
   /// Side of the gears that angles and torques of the files belong to; see joint_side().
   enum class Side { joint, motor };
 
@@ -268,6 +316,8 @@ struct LogSource {
   double torque_lag = 0.0;  ///< see shift_torque() [samples]
   std::vector<Subtraction> subtract;
   std::optional<Reference> reference;
+  std::optional<BasePose> base;  ///< of a floating base
+  std::vector<Contact> contact;
 
   template <typename L = LogSource>
   static constexpr auto fields() {
@@ -296,6 +346,14 @@ struct LogSource {
               [](const L& l) { return l.reference; },
               "the reference from a file of its own, see [below](#logreference_file)",
               {.otherwise = "–"}},
+        Field{"base",
+              [](const L& l) { return l.base; },
+              "pose of a floating base, see [below](#logbase)",
+              {.otherwise = "–"}},
+        Field{"contact",
+              [](const L& l) { return l.contact; },
+              "measured wrenches on links, see [below](#logbase)",
+              {.otherwise = "–"}},
         Field{"units",
               Key<UnitNames>(),
               "unit of each quantity, see [below](#columns-and-units)",
@@ -305,6 +363,9 @@ struct LogSource {
 };
 template <>
 inline constexpr std::array names_of<LogSource::Side> = std::to_array<std::string_view>({"joint", "motor"});
+template <>
+inline constexpr std::array names_of<LogSource::Contact::Frame> =
+    std::to_array<std::string_view>({"link", "world"});
 template <>
 inline constexpr std::array names_of<LogSource::Without> =
     std::to_array<std::string_view>({"nothing", "gravity"});

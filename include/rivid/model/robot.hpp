@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <span>
@@ -272,11 +273,17 @@ struct Robot {
   /// distinguishes is a few hundredths.
   double base_tolerance = 1e-5;
   GeometryTolerance tolerance;
+  /// 6 on a floating base, else 0. The first six joints are then those of its pose in the world: x, y, z, yaw,
+  /// pitch, roll. No drive moves them, and the links between them have no body.
+  Index base_joints = 0;
   std::vector<Finding> warnings;   ///< what the reader noticed and the user should know
   std::vector<std::string> notes;  ///< what was chosen for it
 
   /// n, without dependent joints.
   [[nodiscard]] Index size() const { return chain.joints(); }
+
+  /// The first link that has a body, counted from 0: all behind it have one.
+  [[nodiscard]] Index first_body() const { return std::max<Index>(base_joints - 1, 0); }
 
   /// Name of link j, counted from 0, those of dependent joints last.
   [[nodiscard]] const std::string& link_name(std::size_t j) const {
@@ -288,7 +295,7 @@ struct Robot {
 
   /// The standard parameters that this robot has, link by link: XX … M, then Ia where the joint has a rotor
   /// inertia, then those of its friction law (at most 16 a link), then those of its motor's coupling. Links of
-  /// dependent joints have the first ten alone.
+  /// dependent joints have the first ten alone, those before first_body() none.
   [[nodiscard]] std::vector<StandardParameter> standard_parameters() const;
 
   /// A-priori values of standard_parameters(), (N_s) [SI, joint side]: chi_st of Eq. (2) of [RIV].

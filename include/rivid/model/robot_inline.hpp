@@ -333,7 +333,7 @@ RIVID_INLINE std::optional<std::size_t> Robot::link_of(std::string_view joint) c
 RIVID_INLINE std::vector<StandardParameter> Robot::standard_parameters() const {
   std::vector<StandardParameter> out;
   for (int j = 0; j < size(); ++j) {
-    for (int k = 0; k < inertial_count; ++k) {
+    for (int k = 0; j >= first_body() && k < inertial_count; ++k) {
       out.push_back({static_cast<ParameterKind>(k), j});
     }
     const Joint& joint = joints[static_cast<std::size_t>(j)];
@@ -395,6 +395,9 @@ RIVID_INLINE std::optional<std::string> Robot::complaint() const {
     return "the chain has " + std::to_string(chain.links.size()) + " links, but " +
            std::to_string(joints.size() + chain.dependents.size()) + " joints and " +
            std::to_string(inertials.size()) + " inertials are given";
+  }
+  if (base_joints != 0 && (base_joints != 6 || size() < base_joints)) {
+    return "base_joints is " + std::to_string(base_joints) + ", must be 0, or 6 of at least as many joints";
   }
   if (auto fault = detail::gravity_complaint(chain.gravity)) {
     return fault;

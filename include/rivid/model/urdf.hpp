@@ -18,6 +18,8 @@ struct UrdfOptions {
   /// The joints that move, instead of a tip, and with them those that follow them (mimic); all others are held
   /// at q = 0. Empty: every joint.
   std::vector<std::string> moving = {};
+  /// Whether the root of the tree moves freely: the robot then begins with Robot::base_joints.
+  bool floating = false;
   bool followers = true;  ///< whether joints that follow those of `moving` need not be named
   /// Joints that follow others beside the mimic joints of the file, or in place of what it says of these.
   std::vector<DependentJoint> dependent = {};

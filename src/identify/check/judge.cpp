@@ -59,11 +59,12 @@ Alternatives check_logs(const Robot& robot, std::span<const Log> logs, std::span
   }
   check_duplicates(logs, validation, out);
   check_series(robot, logs, options, out);
-  if (out.has("dead_torque")) {
+  if (out.has("dead_torque") || robot.base_joints > 0) {
     out.add("not_tested", "all joints",
-            "gains, zeros, gravity, clock and friction laws are not tested, because a torque is missing");
+            std::string("gains, zeros, gravity, clock and friction laws are not tested, because ") +
+                (robot.base_joints > 0 ? "the base floats" : "a torque is missing"));
   }
-  if (out.has("at_rest") || out.has("dead_torque") || out.has("duplicate_column")) {
+  if (robot.base_joints > 0 || out.has("at_rest") || out.has("dead_torque") || out.has("duplicate_column")) {
     return {};
   }
   // Other readings of the log would change the load that friction follows: simpler friction shows them as

@@ -192,7 +192,7 @@ void check_torque_values(const Robot& robot, std::span<const Log> logs, const Lo
     return;
   }
   const Matrix tau = effort(robot, log);
-  for (Index j = 0; j < x.cols(); ++j) {
+  for (Index j = robot.base_joints; j < x.cols(); ++j) {
     const std::string subject = place(robot, logs, log, j);
     const std::string what = torques ? "torque" : "control signal";
     if (range(x.col(j)) == 0.0) {

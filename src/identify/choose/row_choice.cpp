@@ -235,6 +235,7 @@ class Chooser {
     for (const double square : squares) {
       out.push_back(slow_part * std::sqrt(square / std::max(count, 1.0)));
     }
+    std::fill_n(out.begin(), robot_.base_joints, 0.0);
     return out;
   }
 

@@ -161,7 +161,7 @@ double deviation(const Residual& r, double freedom, Convention convention) {
 
 std::vector<double> joint_weights(const EstimationProblem& problem) {
   const std::vector<RowGroup>& groups = problem.data.groups;
-  for (std::size_t j = 0; j < groups.size(); ++j) {
+  for (auto j = static_cast<std::size_t>(problem.robot.base_joints); j < groups.size(); ++j) {
     if (groups[j].qr.rows() > 0 && groups[j].qr.y_norm() == 0.0) {
       throw InputError(who(problem) + ": joint \"" + problem.robot.joints[j].name +
                        "\": its torque is zero in every row, so its rows have no weight; check its column");

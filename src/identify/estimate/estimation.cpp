@@ -94,6 +94,10 @@ std::optional<std::string> Estimation::complaint(const Robot& robot) const {
   if (auto fault = iv != nullptr ? complaint_of(*iv, *this, robot) : signal.complaint(robot.size())) {
     return fault;
   }
+  if (robot.base_joints > 0 && iv != nullptr) {
+    return "instruments are simulated on a base that stands still, that of robot \"" + robot.name +
+           "\" floats: take \"wls\"";
+  }
   for (const Joint& joint : robot.joints) {
     if (joint.friction == Friction::automatic) {
       return "friction of joint \"" + joint.name +

@@ -158,6 +158,9 @@ std::vector<GainEstimate> detail::gain_estimates(const Robot& robot, const Paylo
 }
 
 std::optional<std::string> GainOptions::complaint(const Robot& robot) const {
+  if (robot.base_joints > 0) {
+    return "gains can not be estimated on a floating base";
+  }
   for (const auto& [name, sigma] : known) {
     if (std::ranges::find(robot.joints, name, &Joint::name) == robot.joints.end()) {
       return "known names joint \"" + name + "\", which robot \"" + robot.name + "\" does not have";

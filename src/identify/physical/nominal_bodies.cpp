@@ -98,8 +98,9 @@ NominalBodies nominal_bodies(const Robot& robot, const std::vector<Inertial>& in
     out.pseudo_inertias.push_back(pseudo_inertia(inertial));
   }
   const Typical usual = typical(out.pseudo_inertias);
-  for (std::size_t j = 0; j < inertials.size(); ++j) {
-    Eigen::Matrix4d& P = out.pseudo_inertias[j];
+  for (std::size_t k = 0; k < inertials.size(); ++k) {
+    const std::size_t j = static_cast<std::size_t>(robot.first_body()) + k;
+    Eigen::Matrix4d& P = out.pseudo_inertias[k];
     const std::string link = "link \"" + robot.link_name(j) + "\" ";
     if (!has_mass(P)) {
       const double square = usual.radius * usual.radius;

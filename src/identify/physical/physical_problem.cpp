@@ -56,13 +56,15 @@ LinearBound own_bound(const Robot& robot, const Places& place, const KindRow& ow
   return out;
 }
 
+// One a body.
 Vector bounds_of_masses(const Robot& robot, const Physical& options, double Physical::MassBounds::* which,
                         double otherwise) {
-  Vector out = Vector::Constant(std::ssize(robot.chain.links), otherwise);
+  const Index first = robot.first_body();
+  Vector out = Vector::Constant(std::ssize(robot.chain.links) - first, otherwise);
   for (const Physical::MassBounds& bounds : options.masses) {
-    for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
-      if (robot.link_name(j) == bounds.link) {
-        out[static_cast<Index>(j)] = bounds.*which;
+    for (Index k = 0; k < out.size(); ++k) {
+      if (robot.link_name(static_cast<std::size_t>(first + k)) == bounds.link) {
+        out[k] = bounds.*which;
       }
     }
   }
@@ -84,8 +86,8 @@ void add_mass_bounds(const Robot& robot, const Physical& options, const Places& 
   const Vector most = most_masses(robot, options);
   LinearBound total;
   LinearBound minus_total;
-  for (int j = 0; j < static_cast<int>(robot.chain.links.size()); ++j) {
-    const Index at = place(M, j);
+  for (Index j = 0; j < least.size(); ++j) {
+    const Index at = place(M, static_cast<int>(robot.first_body() + j));
     if (least[j] > 0.0) {
       out.push_back({.terms = {{at, 1.0}}, .bound = least[j]});
     }
@@ -290,7 +292,8 @@ PhysicalProblem physical_problem(const Robot& robot, const BaseParameters& base,
       others.push_back(i);
     }
   }
-  NominalBodies nominal = nominal_bodies(robot, robot.inertials);
+  NominalBodies nominal = nominal_bodies(
+      robot, std::vector<Inertial>(robot.inertials.begin() + robot.first_body(), robot.inertials.end()));
   out.notes = std::move(nominal.notes);
   out.description = description;
   for (std::size_t j = 0; j < barrier.bodies.size(); ++j) {

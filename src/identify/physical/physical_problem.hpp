@@ -36,7 +36,7 @@ struct PhysicalProblem {
 // Masses within their bounds and strictly so, as near to `masses` as is simple.
 [[nodiscard]] Vector masses_within(const Robot& robot, const Physical& options, Vector masses);
 
-// A body for every link.
+// A body for every link from Robot::first_body() on, whose inertial parameters are given.
 struct NominalBodies {
   std::vector<Eigen::Matrix4d> pseudo_inertias;  // positive definite
   std::vector<std::string> notes;                // what was put in where the values belong to no body

@@ -162,6 +162,10 @@ std::vector<MotionMask> motion_masks(const Robot& robot, const Matrix& q, const 
   std::vector<MotionMask> out(static_cast<std::size_t>(n));
   for (Index j = 0; j < n; ++j) {
     MotionMask& mask = out[static_cast<std::size_t>(j)];
+    if (j < robot.base_joints) {  // without friction any speed is good
+      mask.direction.assign(static_cast<std::size_t>(q.rows()), 1);
+      continue;
+    }
     const MaskVelocity found = mask_velocity(q.col(j), filtered.col(j), f_m, options);
     mask.threshold = found.threshold();
     mask.smoothed = found.smoothed;

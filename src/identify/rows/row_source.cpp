@@ -237,7 +237,7 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
   if (exact) {
     masks_ = motion_masks(robot, log.q, q_, log.f_m, options);
     // A torque that never changes was not measured: the rows of the other joints are the data.
-    for (Index j = 0; j < tau_->cols(); ++j) {
+    for (Index j = robot.base_joints; j < tau_->cols(); ++j) {
       if ((tau_->col(j).array() == (*tau_)(0, j)).all()) {
         std::ranges::fill(masks_[static_cast<std::size_t>(j)].direction, std::int8_t{0});
       }

@@ -140,6 +140,11 @@ void require_usable(const std::vector<Seen>& joints, const std::vector<double>& 
         "noise through)" +
         stray_position(robot, log));
   }
+  if (total == 0.0 && robot.base_joints > 0) {
+    throw InputError(log.source +
+                     ": all torques are zero; the motion of a floating base alone gives its inertias but for "
+                     "one scale: log torques of joints or wrenches of contacts");
+  }
   if (total == 0.0) {
     throw InputError(
         log.source +
