@@ -11,6 +11,7 @@
 
 #include "dense.hpp"
 #include "excite/checked_clearances.hpp"
+#include "excite/lead.hpp"
 #include "excite/mma.hpp"
 #include "excite/prior.hpp"
 #include "excite/problem.hpp"
@@ -46,33 +47,6 @@ constexpr int poses = 500;
 constexpr int draws = 20;
 // What an objective counts that is not defined.
 constexpr double undefined_objective = 1e6;
-
-std::string limit_in_words(const Task& task, Index limit) {
-  const std::vector<detail::SideLimit> sides = detail::side_limits(task.bounds);
-  if (limit >= std::ssize(sides)) {
-    const detail::Clearances clearances = detail::clearances_of(task);
-    const Index pair = limit - std::ssize(sides);
-    return clearances.first(pair) + ": distance to " + clearances.second(pair);
-  }
-  const detail::SideLimit& side = sides[static_cast<std::size_t>(limit)];
-  return task.robot.joints[static_cast<std::size_t>(side.joint)].name + ": " +
-         std::string(detail::about(side.quantity).name);
-}
-
-// What a limit's value means: "82.1 of at most 60 N·m".
-std::string excess_in_words(const Task& task, Index limit, double value) {
-  const std::vector<detail::SideLimit> sides = detail::side_limits(task.bounds);
-  if (limit >= std::ssize(sides)) {
-    const double distance =
-        task.space.clearance + detail::clearance_reserve - value * detail::clearance_scale;
-    return limit_in_words(task, limit) + " is " + number(distance, 3) + " m where it must be at least " +
-           number(task.space.clearance, 3) +
-           " m; see to [excitation.space]: metres in the base frame, clearance, capsules of the links";
-  }
-  const detail::SideLimit& side = sides[static_cast<std::size_t>(limit)];
-  return limit_in_words(task, limit) + " is " + number(side.side * (side.edge + value * side.scale), 4) +
-         " where it may be " + number(side.side * side.edge, 4);
-}
 
 // The state that other motions pass through, for the torques that are predicted along them.
 Matrix torque_weight(const Task& task, double frequency, std::uint64_t seed) {
@@ -131,6 +105,9 @@ class Designer {
   // Starts of all seeds on some threads, each brought to its limits, then the best of them once more.
   Excitation designed();
 
+  // Moves to the motion from rest at a pose, and from the motion to one.
+  void add_lead(Excitation& found);
+
  private:
   struct Found {
     Vector rest;  // variables of the pose that the motion grew from
@@ -145,11 +122,11 @@ class Designer {
   Vector random_motion(Problem& problem, const Vector& rest, std::mt19937_64& random) const;
   detail::MmaResult improved(Problem& problem, const Vector& z, int evaluations, std::string_view stage);
   void polish(Found& found, int rounds);
-  [[nodiscard]] Vector drawn_peaks(const Vector& z) const;
+  [[nodiscard]] Vector drawn_peaks(const Curve& curve, const Vector& z) const;
   void leave_room(Found& best);
   Vector mended(Problem& problem, DenseCheck& check, const Vector& rest, Vector z) const;
   [[noreturn]] void refuse(const Found& best) const;
-  void check(Excitation& found) const;
+  void check(const Reference& reference, Index intervals, std::vector<ClearanceUse>& found) const;
   void tell_loss(double kept, Excitation& found) const;
   void tell(std::string_view stage, double objective);
   [[nodiscard]] bool is_stopped();
@@ -244,7 +221,7 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
                         : "no pose was found in which the robot can rest within its limits; in the "
                           "best of " +
                               std::to_string(poses) + " random ones ") +
-                   excess_in_words(task_, limit, least));
+                   detail::excess_in_words(task_, limit, least));
 }
 
 // A random motion about the pose, as large as the limits allow.
@@ -277,7 +254,7 @@ Vector Designer::random_motion(Problem& problem, const Vector& rest, std::mt1993
                    (worst.size() > 0 ? [&] {
                      Index at = 0;
                      (void)worst.maxCoeff(&at);
-                     return limit_in_words(task_, at) + " leaves the least room";
+                     return detail::limit_in_words(task_, at) + " leaves the least room";
                    }()
                                      : std::string("a longer duration gives more room")));
 }
@@ -398,7 +375,7 @@ void Designer::polish(Found& found, int rounds) {
 }
 
 // Of robots that the description may stand for, the largest torque of each joint along a motion, (n).
-Vector Designer::drawn_peaks(const Vector& z) const {
+Vector Designer::drawn_peaks(const Curve& curve, const Vector& z) const {
   // So many that hardly one of a hundred others needs more.
   constexpr Index robots = 1500;
   Matrix chi(task_.base.size(), robots);
@@ -407,10 +384,10 @@ Vector Designer::drawn_peaks(const Vector& z) const {
     const Robot drawn = detail::drawn_about(task_.robot, options_.limits.prior_spread, seed);
     chi.col(k) = task_.base.from_standard(drawn.chi_st());
   }
-  const Vector t = Vector::LinSpaced(8 * samples(), 0.0, options_.duration);
+  const Vector t = Vector::LinSpaced(8 * samples(), 0.0, curve.duration());
   detail::SampledRegressor regressor(task_.robot, task_.base);
-  Vector out = Vector::Zero(curve_->joints());
-  regressor.pieces(curve_->motion(curve_->tables(t), curve_->coefficients(z)),
+  Vector out = Vector::Zero(curve.joints());
+  regressor.pieces(curve.motion(curve.tables(t), curve.coefficients(z)),
                    [&](Index, std::span<const Matrix> W) {
                      for (std::size_t i = 0; i < W.size(); ++i) {
                        const Matrix tau = W[i] * chi(regressor.columns(i), Eigen::all);
@@ -428,7 +405,7 @@ void Designer::leave_room(Found& best) {
   const Vector whole = task_.bounds.torque / options_.limits.torque_share;
   Vector over;
   for (int k = 0; best.kept.size() > 0; ++k) {
-    over = drawn_peaks(best.kept).cwiseQuotient(whole);
+    over = drawn_peaks(*curve_, best.kept).cwiseQuotient(whole);
     if (over.maxCoeff() <= 1.0) {
       return;
     }
@@ -458,34 +435,32 @@ void Designer::refuse(const Found& best) const {
   const double excess = check(best.rest + little * (best.z - best.rest)).maxCoeff(&at);
   if (excess > 0.0) {
     throw InputError("design: no motion within the limits was found: in a small one " +
-                     excess_in_words(task_, at, excess));
+                     detail::excess_in_words(task_, at, excess));
   }
   const double whole = check(best.z).maxCoeff(&at);
   throw InputError("design: no motion within the limits was found: between the instants of the search " +
-                   excess_in_words(task_, at, whole) + "; try another seed, or more samples");
+                   detail::excess_in_words(task_, at, whole) + "; try another seed, or more samples");
 }
 
 // The finished motion, as it is played, by code that shares nothing with the search, on instants twice as
 // dense.
-void Designer::check(Excitation& found) const {
+void Designer::check(const Reference& reference, Index intervals, std::vector<ClearanceUse>& found) const {
   constexpr double tolerance = 1e-3;  // m
   const std::vector<bool> kept = detail::clearances_of(task_).kept();
   if (kept.empty()) {
     return;
   }
-  const std::unique_ptr<const Reference> reference = found.reference();
-  const Index intervals = 2 * dense();
-  const double rate = static_cast<double>(intervals) / reference->duration();
+  const double rate = static_cast<double>(intervals) / reference.duration();
   Matrix q(intervals + 1, curve_->joints());
   Vector at(q.cols());
   Vector qd(q.cols());
   Vector qdd(q.cols());
   for (Index k = 0; k <= intervals; ++k) {
-    reference->at(static_cast<double>(k) / rate, at, qd, qdd);
+    reference.at(static_cast<double>(k) / rate, at, qd, qdd);
     q.row(k) = at;
   }
-  found.forecast.clearances = detail::checked_clearances(task_.robot, task_.space, kept, q, rate);
-  for (const ClearanceUse& use : found.forecast.clearances) {
+  found = detail::checked_clearances(task_.robot, task_.space, kept, q, rate);
+  for (const ClearanceUse& use : found) {
     if (use.distance < use.wanted - tolerance) {
       throw InputError("design: the motion that was found brings " + use.first + " to " +
                        number(use.distance, 4) + " m from " + use.second + " at " + number(use.time, 4) +
@@ -559,17 +534,75 @@ Excitation Designer::designed() {
   out.motion = curve_->motion(curve_->tables(out.t), curve_->coefficients(z));
   out.forecast = forecast(task_.robot, out.motion, options_.rate_hz, options_);
   tell_loss(polished, out);
-  check(out);
+  check(*out.reference(), 2 * dense(), out.forecast.clearances);
   return out;
+}
+
+std::unique_ptr<const Reference> with_lead(const PointToPoint& in, std::unique_ptr<const Reference> between,
+                                           const PointToPoint& out) {
+  std::vector<std::unique_ptr<const Reference>> parts;
+  parts.push_back(std::make_unique<PointToPointReference>(in));
+  parts.push_back(std::move(between));
+  parts.push_back(std::make_unique<PointToPointReference>(out));
+  return std::make_unique<detail::SequenceReference>(std::move(parts));
+}
+
+void Designer::add_lead(Excitation& found) {
+  const double rate = options_.rate_hz;
+  std::unique_ptr<const Reference> between = found.reference();
+  const Vector& to = options_.lead_to.size() > 0 ? options_.lead_to : options_.lead_from;
+  const Vector rest = found.motion.q.row(0);
+  const Vector middle = found.motion.q.colwise().mean();
+  const auto suits = [&](const Curve& line) {
+    return options_.limits.prior_spread == 0.0 || task_.chi.size() == 0 ||
+           (drawn_peaks(line, Vector::Ones(line.variables())) * options_.limits.torque_share)
+                   .cwiseQuotient(task_.bounds.torque)
+                   .maxCoeff() <= 1.0;
+  };
+  found.lead_in = detail::lead("lead_from", task_, options_.lead_from, rest, middle, rate, 0.0, suits);
+  // The whole ends with a sample.
+  const double more = std::ceil(between->duration() * rate - 1e-6) / rate - between->duration();
+  found.lead_out = detail::lead("lead_to", task_, rest, to, middle, rate, more, suits);
+  constexpr Index intervals = 5000;
+  std::vector<ClearanceUse> along;
+  for (const PointToPoint& moves : {*found.lead_in, *found.lead_out}) {
+    check(PointToPointReference(moves), intervals, along);
+  }
+  const std::unique_ptr<const Reference> whole =
+      with_lead(*found.lead_in, std::move(between), *found.lead_out);
+  const auto samples = static_cast<Index>(std::lround(whole->duration() * rate)) + 1;
+  found.t = Vector::LinSpaced(samples, 0.0, static_cast<double>(samples - 1) / rate);
+  found.motion = {
+      .q = Matrix(samples, to.size()), .qd = Matrix(samples, to.size()), .qdd = Matrix(samples, to.size())};
+  Vector q(to.size());
+  Vector qd(to.size());
+  Vector qdd(to.size());
+  for (Index k = 0; k < samples; ++k) {
+    whole->at(found.t[k], q, qd, qdd);
+    found.motion.q.row(k) = q;
+    found.motion.qd.row(k) = qd;
+    found.motion.qdd.row(k) = qdd;
+  }
+  std::vector<Finding> findings = std::move(found.forecast.findings);
+  found.forecast = forecast(task_.robot, found.motion, rate, options_);
+  found.forecast.findings = std::move(findings);
 }
 
 }  // namespace
 
 std::unique_ptr<const Reference> Excitation::reference() const {
+  const auto rows = [&](const std::optional<PointToPoint>& lead) {
+    return lead ? static_cast<Index>(std::lround(lead->durations.sum() * forecast.f_m)) : 0;
+  };
+  std::unique_ptr<const Reference> out;
   if (series) {
-    return std::make_unique<FourierReference>(*series);
+    out = std::make_unique<FourierReference>(*series);
+  } else {
+    const Index count = t.size() - rows(lead_in) - rows(lead_out);
+    out = std::make_unique<LoggedReference>(t.segment(rows(lead_in), count),
+                                            motion.q.middleRows(rows(lead_in), count));
   }
-  return std::make_unique<LoggedReference>(t, motion.q);
+  return lead_in ? with_lead(*lead_in, std::move(out), *lead_out) : std::move(out);
 }
 
 std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) const {
@@ -602,9 +635,15 @@ std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) cons
     return "known is (" + std::to_string(known.rows()) + " × " + std::to_string(known.cols()) +
            "), must be finite, symmetric and positive semidefinite";
   }
-  if (start.size() != 0 && start.size() != n) {
-    return "start has " + counted(start.size(), "entry") + ", must have one for each of the " +
-           counted(n, "joint");
+  for (const auto& [key, pose] :
+       {std::pair{"start", &start}, std::pair{"lead_from", &lead_from}, std::pair{"lead_to", &lead_to}}) {
+    if (pose->size() != 0 && pose->size() != n) {
+      return std::string(key) + " has " + counted(pose->size(), "entry") +
+             ", must have one for each of the " + counted(n, "joint");
+    }
+  }
+  if (lead_to.size() > lead_from.size()) {
+    return "lead_to goes with lead_from, where the robot begins";
   }
   if ((criterion == Criterion::parameters) == parameters.empty()) {
     return parameters.empty() ? "criterion = \"parameters\" must say for which"
@@ -631,7 +670,12 @@ std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) cons
 
 Excitation design(const Robot& robot, const ExcitationOptions& options) {
   const auto once = [&](const ExcitationOptions& of) { return Designer(robot, of).designed(); };
-  return options.target.wanted() ? detail::designed_for_target(robot, options, once) : once(options);
+  Excitation out =
+      options.target.wanted() ? detail::designed_for_target(robot, options, once) : once(options);
+  if (options.lead_from.size() > 0) {
+    Designer(robot, options).add_lead(out);
+  }
+  return out;
 }
 
 }  // namespace rivid

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "rivid/text.hpp"
+
 namespace rivid::detail {
 
 namespace {
@@ -42,6 +44,31 @@ Robot smoothed(Robot robot, double sign_speed) {
 Clearances clearances_of(const Task& task) {
   std::vector<Finding> told;
   return {task.robot, task.space, task.bounds.lower, task.bounds.upper, told};
+}
+
+std::string limit_in_words(const Task& task, Index limit) {
+  const std::vector<SideLimit> sides = side_limits(task.bounds);
+  if (limit >= std::ssize(sides)) {
+    const Clearances clearances = clearances_of(task);
+    const Index pair = limit - std::ssize(sides);
+    return clearances.first(pair) + ": distance to " + clearances.second(pair);
+  }
+  const SideLimit& side = sides[static_cast<std::size_t>(limit)];
+  return task.robot.joints[static_cast<std::size_t>(side.joint)].name + ": " +
+         std::string(about(side.quantity).name);
+}
+
+std::string excess_in_words(const Task& task, Index limit, double value) {
+  const std::vector<SideLimit> sides = side_limits(task.bounds);
+  if (limit >= std::ssize(sides)) {
+    const double distance = task.space.clearance + clearance_reserve - value * clearance_scale;
+    return limit_in_words(task, limit) + " is " + number(distance, 3) + " m where it must be at least " +
+           number(task.space.clearance, 3) +
+           " m; see to [excitation.space]: metres in the base frame, clearance, capsules of the links";
+  }
+  const SideLimit& side = sides[static_cast<std::size_t>(limit)];
+  return limit_in_words(task, limit) + " is " + number(side.side * (side.edge + value * side.scale), 4) +
+         " where it may be " + number(side.side * side.edge, 4);
 }
 
 Matrix predicted_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -44,6 +45,11 @@ struct Task {
 inline constexpr double clearance_scale = 0.1;  // [m]
 /// Part of a distance that is kept free for what is nearer between the instants of the dense check.
 inline constexpr double clearance_reserve = 1e-4;  // [m]
+
+/// Joint and quantity, or the two bodies, of a limit of DenseCheck.
+[[nodiscard]] std::string limit_in_words(const Task& task, Index limit);
+/// What a limit's value means: "82.1 of at most 60 N·m".
+[[nodiscard]] std::string excess_in_words(const Task& task, Index limit, double value);
 
 /// Torques of a motion by the a-priori model, (samples × n).
 [[nodiscard]] Matrix predicted_torques(SampledRegressor& regressor, const Motion& motion, const Vector& chi);

@@ -53,9 +53,9 @@ toml::array rows_of(const Matrix& values) {
   return out;
 }
 
-// The series, or the positions of motion.csv, which lies beside the file.
+// The series, or with leads the positions of motion.csv, which lies beside the file.
 toml::table reference_section(const Excitation& excitation) {
-  if (excitation.series) {
+  if (excitation.series && !excitation.lead_in) {
     const FourierSeries& series = *excitation.series;
     return toml::table{{"type", FourierSeries::word}, {"omega_f", series.omega_f},
                        {"A", rows_of(series.A)},      {"B", rows_of(series.B)},

@@ -396,6 +396,10 @@ std::string to_json(const ExcitationPlan& plan, const Excitation& excitation, co
   if (excitation.series) {
     out["motion"] = json_of(*excitation.series);
   }
+  if (excitation.lead_in) {
+    out["lead_in"] = excitation.lead_in->durations.sum();
+    out["lead_out"] = excitation.lead_out->durations.sum();
+  }
   out["stopped"] = excitation.stopped;
   out["starts"] = json_of(excitation.starts);
   out["best_start"] = excitation.best_start;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "rivid/error.hpp"
 #include "rivid/simulate/references.hpp"
@@ -84,9 +85,11 @@ std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
   constexpr double points_a_period = 20.0;
   const std::unique_ptr<const Reference> reference = excitation.reference();
   const double duration = reference->duration();
-  const double harmonics = excitation.series ? static_cast<double>(excitation.series->A.cols()) : 0.0;
+  const double highest_hz = excitation.series ? static_cast<double>(excitation.series->A.cols()) *
+                                                    excitation.series->omega_f / (2.0 * std::numbers::pi)
+                                              : 0.0;
   const auto intervals = static_cast<std::int64_t>(
-      std::ceil(std::max(points_a_second * duration, points_a_period * harmonics) - 1e-9));
+      std::ceil(duration * std::max(points_a_second, points_a_period * highest_hz) - 1e-9));
   std::string out = opening_comment(robot, excitation) + "joint_names: [";
   for (Index j = 0; j < robot.size(); ++j) {
     out += (j > 0 ? ", " : "") + nlohmann::json(robot.joints[static_cast<std::size_t>(j)].name).dump();
@@ -116,7 +119,7 @@ def rivid_excitation():
   B = @B
   movej(@begin, a=0.5, v=0.3)
   step = get_steptime()
-  t = 0.0
+@lead_in  t = 0.0
   while t < duration:
     t = t + step
     if t > duration:
@@ -137,27 +140,66 @@ def rivid_excitation():
     end
     servoj(q, t=step, lookahead_time=0.1, gain=300)
   end
-  stopj(2.0)
+@lead_out  stopj(2.0)
 end
 )";
 
-std::string ur_program(const Robot& robot, const Excitation& excitation) {
-  const FourierSeries& series = *excitation.series;
-  std::string out(ur_template);
-  for (const auto& [name, value] :
-       {std::pair<std::string, std::string>{"@omega", fixed(series.omega_f, player_decimals)},
-        {"@duration", fixed(series.duration, player_decimals)},
-        {"@A", in_brackets(series.A.reshaped())},
-        {"@B", in_brackets(series.B.reshaped())},
-        {"@begin", in_brackets(excitation.motion.q.row(0))},
-        {"@q0", in_brackets(series.q0)},
-        {"@harmonics", std::to_string(series.A.cols())},
-        {"@joints", std::to_string(ur_joints)}}) {
+// A quintic move.
+constexpr std::string_view ur_move =
+    R"(  way = @way
+  seconds = @seconds
+  t = 0.0
+  while t < seconds:
+    t = t + step
+    if t > seconds:
+      t = seconds
+    end
+    u = t / seconds
+    u = u * u * u * (10.0 + u * (6.0 * u - 15.0))
+    q = @from
+    j = 0
+    while j < @joints:
+      q[j] = q[j] + u * way[j]
+      j = j + 1
+    end
+    servoj(q, t=step, lookahead_time=0.1, gain=300)
+  end
+)";
+
+std::string filled(std::string_view text, const std::vector<std::pair<std::string, std::string>>& values) {
+  std::string out(text);
+  for (const auto& [name, value] : values) {
     for (std::size_t at = out.find(name); at != std::string::npos; at = out.find(name, at + value.size())) {
       out.replace(at, name.size(), value);
     }
   }
-  return opening_comment(robot, excitation) + out;
+  return out;
+}
+
+std::string ur_moves(const std::optional<PointToPoint>& lead) {
+  std::string out;
+  for (Index i = 0; lead && i < lead->durations.size(); ++i) {
+    out += filled(ur_move, {{"@way", in_brackets(lead->via.row(i + 1) - lead->via.row(i))},
+                            {"@from", in_brackets(lead->via.row(i))},
+                            {"@seconds", fixed(lead->durations[i], player_decimals)},
+                            {"@joints", std::to_string(ur_joints)}});
+  }
+  return out;
+}
+
+std::string ur_program(const Robot& robot, const Excitation& excitation) {
+  const FourierSeries& series = *excitation.series;
+  return opening_comment(robot, excitation) +
+         filled(ur_template, {{"@omega", fixed(series.omega_f, player_decimals)},
+                              {"@duration", fixed(series.duration, player_decimals)},
+                              {"@A", in_brackets(series.A.reshaped())},
+                              {"@B", in_brackets(series.B.reshaped())},
+                              {"@begin", in_brackets(excitation.motion.q.row(0))},
+                              {"@q0", in_brackets(series.q0)},
+                              {"@harmonics", std::to_string(series.A.cols())},
+                              {"@joints", std::to_string(ur_joints)},
+                              {"@lead_in", ur_moves(excitation.lead_in)},
+                              {"@lead_out", ur_moves(excitation.lead_out)}});
 }
 
 std::string libfranka_rows(const Excitation& excitation) {
@@ -169,7 +211,7 @@ std::string libfranka_rows(const Excitation& excitation) {
   }
   out += '\n';
   const std::unique_ptr<const Reference> reference = excitation.reference();
-  const auto samples = std::llround(reference->duration() * libfranka_hz);
+  const auto samples = static_cast<std::int64_t>(std::ceil(reference->duration() * libfranka_hz - 1e-6));
   for (std::int64_t k = 0; k <= samples; ++k) {
     const double t = static_cast<double>(k) / libfranka_hz;
     const PlayedState at = played_at(*reference, t);

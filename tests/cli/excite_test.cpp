@@ -5,6 +5,7 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "rivid/data/csv.hpp"
@@ -124,6 +125,21 @@ TEST_F(Excite, WritesAMotionThatSimulatesAndIdentifiesAsForecast) {
   }
   // Of 52 intervals one log leaves out more than ten once in ten thousand.
   EXPECT_GE(inside, 42);
+}
+
+// The lead's rows are rows like the others: the log of the whole is identified, and counted in the forecast.
+TEST_F(Excite, IdentifiesTheLogOfAMotionWithALead) {
+  const Json plan_json = plan({"--set", "excitation.lead_from=[1.0,-0.5,0.8,0.0,1.0,-2.0]"});
+  ASSERT_NO_FATAL_FAILURE(simulate());
+  const double period = 2.0 * std::numbers::pi / plan_json["motion"]["omega_f"].get<double>();
+  EXPECT_NEAR(plan_json["duration"].get<double>(),
+              plan_json["lead_in"].get<double>() + period + plan_json["lead_out"].get<double>(), 1e-9);
+  const Outcome identified = outcome_of(
+      {RIVID_IDENTIFY, "plan/experiment.toml", "--method", "wls", "--output", "result", "--plan", "plan"},
+      folder_.path());
+  ASSERT_EQ(identified.exit_code, 0) << identified.err;
+  const Json check = Json::parse(folder_.read("result/plan_check.json"));
+  EXPECT_NEAR(std::log(check["ratio"].get<double>()), 0.0, 0.15);
 }
 
 // Every parameter of the arm is wrong by 20 % in the plan, and its torques saturate at what the drives have.

@@ -134,6 +134,7 @@ def run_urscript(text, functions):
 
 def check_urscript(file, motion, joints):
     step = 0.002
+    rows = round(step / (motion["t"][1] - motion["t"][0]))  # of the motion for each call
     served = []
     moved = []
     stopped = []
@@ -151,9 +152,8 @@ def check_urscript(file, motion, joints):
     q = motion.of_joints("q", joints)
     assert len(moved) == len(stopped) == 1
     assert difference(moved[0], q[0]) < REST_TOLERANCE
-    # The motion has a row a millisecond, the program serves every second one.
     assert abs(len(served) * step - motion["t"][-1]) < step
-    worst = max(difference(sent, expected) for sent, expected in zip(served, q[2::2]))
+    worst = max(difference(sent, expected) for sent, expected in zip(served, q[rows::rows]))
     assert worst < POSITION_TOLERANCE, worst
     print(f"{file.name}: {len(served)} calls of servoj, {worst:.1e} rad from the motion")
 
@@ -203,13 +203,20 @@ def main():
     design(excite, source / "data/six_axis/excite.toml", work / "six", "--player", "ros", "--player", "urscript")
     motion = Table(work / "six/motion.csv")
     check_urscript(work / "six/motion.script", motion, 6)
+    design(excite, source / "data/six_axis/excite.toml", work / "led", "--player", "ros", "--player", "urscript",
+           "--set", "excitation.rate_hz=500", "--set", "excitation.lead_from=[1.0, -0.5, 0.8, 0.0, 1.0, -2.0]")
+    led = Table(work / "led/motion.csv")
+    assert led["t"][-1] > motion["t"][-1] + 1 and led.of_joints("q", 6)[0] == [1.0, -0.5, 0.8, 0.0, 1.0, -2.0]
+    check_urscript(work / "led/motion.script", led, 6)
     seven_joints(work)
-    design(excite, work / "seven.toml", work / "seven", "--player", "libfranka")
-    check_libfranka(work / "seven/libfranka.csv", [[2] * 7, ACCELERATION, JERK])
+    for folder, options in (("seven", []), ("seven_led", ["--set", "excitation.lead_from=[1, -1, 0.5, 0, 0, 1, 2]"])):
+        design(excite, work / "seven.toml", work / folder, "--player", "libfranka", *options)
+        check_libfranka(work / folder / "libfranka.csv", [[2] * 7, ACCELERATION, JERK])
     if yaml is None:
         print("skipped: joint_trajectory.yaml was not read; pip install pyyaml")
         sys.exit(SKIPPED)
-    check_trajectory(work / "six/joint_trajectory.yaml", motion, 6, [f"joint_{j}" for j in range(1, 7)])
+    for folder, table in (("six", motion), ("led", led)):
+        check_trajectory(work / folder / "joint_trajectory.yaml", table, 6, [f"joint_{j}" for j in range(1, 7)])
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
+#include "rivid/error.hpp"
 #include "rivid/excite/excitation.hpp"
 #include "rivid/experiment/excitation.hpp"
 #include "support/temporary_folder.hpp"
@@ -215,6 +216,34 @@ TEST_F(Bodies, MakeADifference) {
   const auto said = std::ranges::find(found.forecast.findings, "body_assumed", &Finding::code);
   ASSERT_NE(said, found.forecast.findings.end());
   EXPECT_NE(said->text.find("0.06 m"), std::string::npos) << said->text;
+}
+
+// Beside the table, on the side where the straight way to the other passes through it.
+TEST_F(Bodies, AreKeptClearOnTheWayToTheMotionAndBack) {
+  ExcitationPlan asked = plan({"excitation.evaluations=20", "excitation.start=[-2.0, 1.3, 0.9]",
+                               "excitation.lead_from=[2.0, 1.3, 0.9]"});
+  const Excitation found = design(asked.experiment.robot, asked.options);
+  EXPECT_EQ(found.lead_in.value().via.rows(), 3);
+  const auto nearest = by_fcl(*found.reference());
+  for (const ClearanceUse& use : found.forecast.clearances) {
+    if (!std::isnan(use.wanted)) {
+      EXPECT_GE(nearest.at({use.first, use.second}), 0.03 - 1e-3) << use.first << ", " << use.second;
+      EXPECT_GE(use.distance, 0.03 - 1e-3) << use.first << ", " << use.second;
+    }
+  }
+}
+
+TEST_F(Bodies, ThatKeepFromAPoseAreNamedWithThePlace) {
+  ExcitationPlan asked = plan({"excitation.evaluations=20", "excitation.lead_from=[0.0, 1.5, 0.8]"});
+  try {
+    (void)design(asked.experiment.robot, asked.options);
+    FAIL() << "no message";
+  } catch (const InputError& e) {
+    const std::string said = e.what();
+    EXPECT_NE(said.find("lead_from: on the straight way at "), std::string::npos) << said;
+    EXPECT_NE(said.find("link3 is "), std::string::npos) << said;
+    EXPECT_NE(said.find(" m from table where it must be at least 0.03 m"), std::string::npos) << said;
+  }
 }
 
 TEST_F(Bodies, NeedNoDistanceWhereTheyAreIgnored) {

@@ -61,15 +61,15 @@ Matrix torques(const Robot& robot, const Motion& motion) {
   return out;
 }
 
-Motion sampled(const FourierSeries& series, Index samples) {
-  const FourierReference reference(series);
+Motion sampled(const Reference& reference, Index samples) {
   const Index n = reference.joints();
   Motion out{.q = Matrix(samples, n), .qd = Matrix(samples, n), .qdd = Matrix(samples, n)};
   Vector q(n);
   Vector qd(n);
   Vector qdd(n);
   for (Index k = 0; k < samples; ++k) {
-    reference.at(series.duration * static_cast<double>(k) / static_cast<double>(samples - 1), q, qd, qdd);
+    reference.at(reference.duration() * static_cast<double>(k) / static_cast<double>(samples - 1), q, qd,
+                 qdd);
     out.q.row(k) = q;
     out.qd.row(k) = qd;
     out.qdd.row(k) = qdd;
@@ -96,7 +96,7 @@ TEST(Design, KeepsAllLimitsOnTenTimesDenserInstants) {
   const Excitation& found = usual();
   // 4001 samples are played.
   constexpr double excess = 1e-3;  // between them
-  expect_within_limits(arm(), quick().limits, sampled(*found.series, 40001), excess);
+  expect_within_limits(arm(), quick().limits, sampled(FourierReference(*found.series), 40001), excess);
   for (const LimitUse& use : found.forecast.limits) {
     EXPECT_LE(use.share, 1.0) << use.joint << " " << use.quantity;
   }
@@ -189,8 +189,12 @@ TEST(Design, ReachesStatedStandardDeviationsByRepetition) {
   EXPECT_GT(found.series->duration, 1.5 * period);
   EXPECT_LE(period, options.duration + 1e-9);
   EXPECT_LE(found.motion.qd.bottomRows(1).cwiseAbs().maxCoeff(), 1e-9);
-  expect_within_limits(arm(), options.limits, sampled(*found.series, found.motion.samples()), 1e-3);
-  EXPECT_LE((sampled(*found.series, found.motion.samples()).q - found.motion.q).cwiseAbs().maxCoeff(), 1e-9);
+  expect_within_limits(arm(), options.limits,
+                       sampled(FourierReference(*found.series), found.motion.samples()), 1e-3);
+  EXPECT_LE((sampled(FourierReference(*found.series), found.motion.samples()).q - found.motion.q)
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-9);
   options.target.seconds = 0.5 * found.series->duration;
   EXPECT_TRUE(test::says(message(arm(), options), "the target is out of reach in"))
       << message(arm(), options);
@@ -324,6 +328,79 @@ TEST(Design, BeginsWhereItIsTold) {
   EXPECT_LE((found.motion.q.bottomRows(1).transpose() - options.start).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+// From the pose of the robot to the motion and on to another pose: one motion by finite differences, within all
+// limits on ten times denser instants, and hardly slower than they ask.
+TEST(Design, LeadsFromTheRobotsPoseAndOnWithinTheSameLimits) {
+  const Robot robot = arm();
+  for (const CurveKind curve : {CurveKind::fourier, CurveKind::spline}) {
+    ExcitationOptions options = quick();
+    options.curve = curve;
+    options.rate_hz = 200.0;
+    options.evaluations = 20;
+    options.lead_from = Vector{{0.5, -0.4, 0.9, -1.0, 0.8, 2.0}};
+    options.lead_to = Vector{{-1.0, 0.2, 0.3, 0.0, 0.0, 0.0}};
+    options.limits.jerk = Vector::Constant(6, 100.0);
+    const Excitation found = design(robot, options);
+    const Motion& played = found.motion;
+    EXPECT_TRUE(played.q.row(0).transpose().isApprox(options.lead_from, 1e-12));
+    EXPECT_TRUE(played.q.bottomRows(1).transpose().isApprox(options.lead_to, 1e-12));
+    const double before = found.lead_in.value().durations.sum();
+    const double behind = found.lead_out.value().durations.sum();
+    EXPECT_NEAR(found.forecast.duration, before + options.duration + behind, 1e-9);
+    const std::unique_ptr<const Reference> reference = found.reference();
+    const Index intervals = 10 * (played.samples() - 1);
+    const Motion dense = sampled(*reference, intervals + 1);
+    const double rate = 10.0 * options.rate_hz;
+    // Cubic splines through samples are not quite at rest at their ends.
+    const double rest = curve == CurveKind::spline ? 0.05 : 1e-6;
+    for (Index k = 0; k < played.samples(); ++k) {
+      EXPECT_LE((dense.q.row(10 * k) - played.q.row(k)).cwiseAbs().maxCoeff(), 1e-9);
+      EXPECT_LE((dense.qdd.row(10 * k) - played.qdd.row(k)).cwiseAbs().maxCoeff(), rest);
+    }
+    for (const Index end : {Index{0}, intervals}) {
+      EXPECT_LE(dense.qd.row(end).cwiseAbs().maxCoeff() + dense.qdd.row(end).cwiseAbs().maxCoeff(), 1e-9);
+    }
+    // Central differences are off by h² / 6 times the jerk, or by h times its jump.
+    const auto difference = [&](const Matrix& x) -> Matrix {
+      return 0.5 * rate * (x.bottomRows(intervals - 1) - x.topRows(intervals - 1));
+    };
+    EXPECT_LE((difference(dense.q) - dense.qd.middleRows(1, intervals - 1)).cwiseAbs().maxCoeff(), 1e-4);
+    EXPECT_LE((difference(dense.qd) - dense.qdd.middleRows(1, intervals - 1)).cwiseAbs().maxCoeff(), 0.1);
+    constexpr double excess = 1e-3;
+    expect_within_limits(robot, options.limits, dense, excess);
+    const auto at = [&](double t) { return static_cast<Index>(std::lround(t * rate)); };
+    for (const auto& [first, rows] :
+         {std::pair{Index{0}, at(before)}, std::pair{at(before + options.duration), at(behind)}}) {
+      const Matrix qdd = dense.qdd.middleRows(first + 1, rows - 1);
+      const double jerk = rate * (qdd.bottomRows(rows - 2) - qdd.topRows(rows - 2)).cwiseAbs().maxCoeff();
+      EXPECT_LE(jerk, 100.0 * (1.0 + excess));
+      const MotionBounds bounds = motion_bounds(robot, options.limits);
+      const Matrix tau = torques(robot, dense).middleRows(first, rows + 1);
+      const auto share = [&](const Matrix& x, const Vector& limit) {
+        return (x.cwiseAbs().colwise().maxCoeff().transpose().cwiseQuotient(limit)).maxCoeff();
+      };
+      // Slower by a tenth where torques decide.
+      EXPECT_GE(std::max({share(dense.qd.middleRows(first, rows + 1), bounds.velocity),
+                          share(qdd, bounds.acceleration), jerk / 100.0, share(tau, bounds.torque)}),
+                0.8);
+    }
+  }
+}
+
+TEST(Design, SaysWhyThereIsNoLead) {
+  ExcitationOptions options = quick();
+  options.evaluations = 5;
+  options.lead_from = Vector{{0.0, 0.0, 9.0, 0.0, 0.0, 0.0}};
+  EXPECT_TRUE(test::says(message(arm(), options),
+                         "design: lead_from: on the straight way joint_3: position is 9 where it may be"))
+      << message(arm(), options);
+  options.lead_from = Vector::Zero(2);
+  EXPECT_TRUE(test::says(message(arm(), options), "lead_from has 2 entries"));
+  options.lead_from = {};
+  options.lead_to = Vector::Zero(6);
+  EXPECT_TRUE(test::says(message(arm(), options), "lead_to goes with lead_from"));
+}
+
 TEST(Design, ForSomeParametersTellsMoreOfThem) {
   ExcitationOptions options = quick();
   options.starts = 3;
@@ -429,7 +506,7 @@ TEST(Forecast, IsTheDeviationBoundOfAnExactLog) {
 
 TEST(Forecast, NamesWhatAMotionDoesNotShow) {
   const Robot robot = arm();
-  Motion motion = sampled(*usual().series, 2001);
+  Motion motion = sampled(FourierReference(*usual().series), 2001);
   motion.q.col(5).setConstant(0.3);
   motion.qd.col(5).setZero();
   motion.qdd.col(5).setZero();
@@ -445,7 +522,7 @@ TEST(Forecast, NamesWhatAMotionDoesNotShow) {
 
 TEST(Forecast, TellsHowEstimatesHoldTogether) {
   const Robot robot = arm();
-  const Forecast found = forecast(robot, sampled(*usual().series, 2001), 250.0, quick());
+  const Forecast found = forecast(robot, sampled(FourierReference(*usual().series), 2001), 250.0, quick());
   const Matrix C = found.information.inverse();
   constexpr double tolerance = 1e-6;  // of inverses of other algorithms, by the condition of the information
   for (std::size_t i = 0; i < found.parameters.size(); ++i) {
@@ -466,7 +543,7 @@ TEST(Forecast, TellsHowEstimatesHoldTogether) {
 TEST(Forecast, FallsWithTheRootOfTheRateOfIndependentErrors) {
   const Robot robot = arm();
   ExcitationOptions options = quick();
-  const Motion motion = sampled(*usual().series, 2001);
+  const Motion motion = sampled(FourierReference(*usual().series), 2001);
   const double fine = forecast(robot, motion, 250.0, options).parameters.front().sigma;
   options.noise.rate_hz = 25.0;
   const double coarse = forecast(robot, motion, 250.0, options).parameters.front().sigma;

@@ -100,6 +100,8 @@ struct ExcitationOptions {
   int harmonics = 5;       ///< of a Fourier series
   int points = 15;         ///< of a spline: coefficients of a joint between those of the ends
   Vector start = {};       ///< position at both ends, (n); empty: the design decides [rad | m]
+  Vector lead_from = {};   ///< pose of the robot before the motion, (n); empty: that of the motion [rad | m]
+  Vector lead_to = {};     ///< and behind it; empty: the same [rad | m]
   double rate_hz = 500.0;  ///< of the controller that plays the motion
   Criterion criterion = Criterion::information;
   std::vector<std::string> parameters = {};  ///< of Criterion::parameters, by their names
@@ -139,6 +141,15 @@ struct ExcitationOptions {
               &E::start,
               "position at both ends",
               {.otherwise = "the design decides", .unit = "rad, m"}},
+        Field{"lead_from",
+              &E::lead_from,
+              "pose of the robot before the motion: a lead-in from it and a lead-out are planned within the "
+              "same limits",
+              {.otherwise = "where the motion begins", .unit = "rad, m", .range = MotionLimits::positions}},
+        Field{"lead_to",
+              &E::lead_to,
+              "pose that the lead-out goes to",
+              {.otherwise = "`lead_from`", .unit = "rad, m", .range = MotionLimits::positions}},
         Field{"rate_hz",
               &E::rate_hz,
               "rate of the controller that plays the motion, and of the log",
@@ -310,15 +321,17 @@ struct StartReport {
 /// A designed motion.
 struct [[nodiscard]] Excitation {
   std::optional<FourierSeries>
-      series;     ///< of the section [reference] of an experiment file; none of a spline
-  Vector t;       ///< instants at rate_hz, (n_m) [s]
-  Motion motion;  ///< at these
+      series;  ///< of the section [reference] of an experiment file; none of a spline
+  std::optional<PointToPoint> lead_in;   ///< moves to the motion, where ExcitationOptions::lead_from asks
+  std::optional<PointToPoint> lead_out;  ///< moves from the motion
+  Vector t;                              ///< instants at rate_hz, those of the leads too, (n_m) [s]
+  Motion motion;                         ///< at these
   Forecast forecast;
   std::vector<StartReport> starts;
   Index best_start = 0;
   bool stopped = false;  ///< whether the search was ended from outside
 
-  /// The motion between its samples, too.
+  /// The motion with its leads, between its samples too.
   [[nodiscard]] std::unique_ptr<const Reference> reference() const;
 };
 
