@@ -29,6 +29,8 @@ constexpr int most_shorter = 5;
 // What holds a parameter: of a step that it would take this part is left.
 constexpr double holding = 1e6;
 constexpr double at_zero = 1e-9;
+// Unknowns of the loop are moved by this part of their deviation beforehand, for differences.
+constexpr double prior_step = 0.02;
 // Part of the parameter tolerance below which a step is none.
 constexpr double at_rest = 0.2;
 // Part of the sum of squares that a step promises and need not keep: joints that stick and break away make
@@ -80,13 +82,22 @@ class OutputError {
     }
     out_.status = Status::identified;
     out_.reasons.clear();
-    steps_ = difference_step * ls.unit_covariance.diagonal().cwiseSqrt();
+    unknowns_ = loop_unknowns(method_, *gains_.laws.front());
+    loops_.estimate_beside(unknowns_);
+    const auto g = std::ssize(unknowns_);
+    prior_ = Vector::NullaryExpr(g, [&](Index i) { return unknowns_[static_cast<std::size_t>(i)].prior; });
+    prior_sigma_ =
+        Vector::NullaryExpr(g, [&](Index i) { return unknowns_[static_cast<std::size_t>(i)].sigma; });
+    steps_.resize(base().size() + g);
+    steps_ << difference_step * ls.unit_covariance.diagonal().cwiseSqrt(), prior_step * prior_sigma_;
     errors_ = errors(gains_);
     OutputErrorReport& report = out_.output_error.emplace();
     report.instants = count_;
     report.start = chi;
     report.start_error = rms(errors_);
-    for (chi_ = loops_.with_braking_friction(chi);; ++report.steps) {
+    Vector all(steps_.size());
+    all << chi, prior_;
+    for (chi_ = loops_.feasible(all);; ++report.steps) {
       report.joint_error = rms(errors_);
       if (!linearise()) {
         return false;
@@ -102,9 +113,9 @@ class OutputError {
                                " standard deviations");
         return false;
       }
-      const double before = cost(errors_);
+      const double before = cost(errors_, chi_);
       const bool closer = advance(before);
-      const double gained = closer ? 1.0 - cost(errors_) / before : 0.0;
+      const double gained = closer ? 1.0 - cost(errors_, chi_) / before : 0.0;
       const bool rests = gained <= method_.tolerance && step <= method_.parameter_tolerance;
       if (closer && rests) {
         // Statistics belong to where the last step ended.
@@ -142,17 +153,49 @@ class OutputError {
     return asked(*other) != asked(*gains_.laws.front());
   }
 
+  // The unknowns of the loop, their deviations left open.
+  [[nodiscard]] std::vector<LoopEstimate> loop() const {
+    const std::vector<Gain> gains = gains_.laws.front()->description().gains;
+    std::vector<LoopEstimate> out;
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      const LoopUnknown& unknown = unknowns_[i];
+      const double value = chi_[base().size() + static_cast<Index>(i)];
+      if (unknown.gain < 0) {
+        out.push_back({.name = "delay",
+                       .joint = {},
+                       .prior = unknown.prior,
+                       .prior_sigma = unknown.sigma,
+                       .value = value});
+        continue;
+      }
+      const Gain& gain = gains[static_cast<std::size_t>(unknown.gain)];
+      const double before = gain.values[unknown.joint];
+      out.push_back({.name = gain.name,
+                     .joint = problem_.robot.joints[static_cast<std::size_t>(unknown.joint)].name,
+                     .prior = before,
+                     .prior_sigma = std::abs(before) * unknown.sigma,
+                     .value = before * std::exp(value)});
+    }
+    return out;
+  }
+
   // Where the steps came to rest.
   [[nodiscard]] Estimate estimate() const {
+    const Index b = base().size();
     Estimate out;
-    out.chi = chi_;
+    out.chi = chi_.head(b);
     out.weights = torque_weights();
     out.rows = count_ * problem_.joints();
-    out.rank = base().size();
+    out.rank = b;
     out.condition = solution_.condition;
     out.sigma = out.sigma_rho = sigma();
-    out.root = solution_.R;
-    out.unit_covariance = out.bread = solution_.unit_covariance;
+    // χ behind the unknowns of the loop: what these take is not its own.
+    StreamingQr turned(chi_.size(), 1);
+    Matrix R(chi_.size(), chi_.size());
+    R << solution_.R.rightCols(prior_.size()), solution_.R.leftCols(b);
+    turned.add(R, Vector::Zero(chi_.size()));
+    out.root = solved(std::move(turned)).R.bottomRightCorner(b, b);
+    out.unit_covariance = out.bread = solution_.unit_covariance.topLeftCorner(b, b);
     out.signals = problem_.signals;
     out.scores = scores();
     return out;
@@ -185,14 +228,20 @@ class OutputError {
     return (squares / static_cast<double>(count_)).cwiseSqrt();
   }
 
-  [[nodiscard]] double cost(const PositionErrors& errors) const {
+  [[nodiscard]] double misfit(const PositionErrors& errors) const {
     return rms(errors).cwiseProduct(weights_).squaredNorm();
+  }
+
+  // With what the unknowns of the loop are off what was known of them, as the last linearisation weighs it.
+  [[nodiscard]] double cost(const PositionErrors& errors, const Vector& chi) const {
+    const Vector off = (chi.tail(prior_.size()) - prior_).cwiseProduct(prior_weights_);
+    return misfit(errors) + off.squaredNorm() / static_cast<double>(count_);
   }
 
   // Standard deviation of a weighted position error.
   [[nodiscard]] double sigma() const {
     const auto rows = static_cast<double>(count_ * problem_.joints());
-    return std::sqrt(cost(errors_) * static_cast<double>(count_) /
+    return std::sqrt(misfit(errors_) * static_cast<double>(count_) /
                      std::max(rows - static_cast<double>(base().size()), 1.0));
   }
 
@@ -200,7 +249,7 @@ class OutputError {
   [[nodiscard]] double promised() const {
     const Vector fitted = solution_.R * solution_.chi;
     const double off = fitted.squaredNorm() - (fitted - solution_.R * step_).squaredNorm();
-    return off / (cost(errors_) * static_cast<double>(count_));
+    return off / (cost(errors_, chi_) * static_cast<double>(count_));
   }
 
   // The largest entry of a step, in standard deviations.
@@ -211,7 +260,7 @@ class OutputError {
   // Derivatives of the positions at chi_ by all parameters, and the step that they ask for; false where there
   // are none.
   bool linearise() {
-    const Index b = base().size();
+    const Index b = chi_.size();
     const Index n = problem_.joints();
     weights_ = Vector::Ones(n);
     if (method_.weights == Iv::Weights::by_joint) {
@@ -232,8 +281,15 @@ class OutputError {
         qr.add(weights_[j] * derivatives_[k][static_cast<std::size_t>(j)], weights_[j] * errors_[k].col(j));
       }
     }
+    prior_weights_ = sigma() * prior_sigma_.cwiseInverse();
+    Matrix prior = Matrix::Zero(prior_.size(), b);
+    prior.rightCols(prior_.size()) = prior_weights_.asDiagonal();
+    qr.add(prior, prior_weights_.cwiseProduct(prior_ - chi_.tail(prior_.size())));
     solution_ = solved(std::move(qr));
     if (!solution_.full_rank()) {
+      for (std::vector<Index>& set : solution_.undetermined) {
+        std::erase_if(set, [&](Index i) { return i >= base().size(); });
+      }
       explain_rank(base(), solution_.rank, solution_.undetermined, "the positions of the simulated loops",
                    out_);
       return false;
@@ -247,7 +303,7 @@ class OutputError {
     step_ = solution_.chi;
     Vector held = Vector::Zero(step_.size());
     for (bool more = true; more;) {
-      const Vector moved = loops_.with_braking_friction(chi_ + step_) - chi_;
+      const Vector moved = loops_.feasible(chi_ + step_) - chi_;
       const Eigen::Array<bool, Eigen::Dynamic, 1> stays =
           held.array() == 0.0 && moved.array().abs() <= at_zero * step_.array().abs() && step_.array() != 0.0;
       more = stays.any();
@@ -263,10 +319,10 @@ class OutputError {
 
   // The fit of all parameters to rows that are weighted already.
   [[nodiscard]] LeastSquares solved(StreamingQr qr) const {
-    RowGroup group{std::vector<Index>(static_cast<std::size_t>(base().size())), std::move(qr)};
+    RowGroup group{std::vector<Index>(static_cast<std::size_t>(chi_.size())), std::move(qr)};
     std::iota(group.columns.begin(), group.columns.end(), Index{0});
     const double one = 1.0;
-    return least_squares(std::span(&group, 1), base().size(), std::span(&one, 1));
+    return least_squares(std::span(&group, 1), chi_.size(), std::span(&one, 1));
   }
 
   // Fills columns of the derivatives; false where there is none.
@@ -297,13 +353,13 @@ class OutputError {
   bool advance(double before) {
     double part = 1.0;
     for (int halving = 0; halving <= most_shorter; ++halving, part *= 0.5) {
-      const Vector chi = loops_.with_braking_friction(chi_ + part * step_);
+      const Vector chi = loops_.feasible(chi_ + part * step_);
       const SimulatedLoops loops = loops_.simulated(chi, {}, &gains_);
       if (!loops.failure.empty()) {
         continue;
       }
       PositionErrors closer = errors(loops);
-      if (cost(closer) < before) {
+      if (cost(closer, chi) < before) {
         chi_ = chi;
         errors_ = std::move(closer);
         return true;
@@ -316,14 +372,16 @@ class OutputError {
   [[nodiscard]] std::vector<double> torque_weights() const {
     std::vector<double> out;
     for (const RowGroup& group : problem_.data.groups) {
-      out.push_back(residual_weight(group, chi_).value_or(1.0));
+      out.push_back(residual_weight(group, chi_.head(base().size())).value_or(1.0));
     }
     return out;
   }
 
   [[nodiscard]] EstimateScores scores() const {
-    const Index b = base().size();
+    const Index b = chi_.size();
     EstimateScores out;
+    out.bread = solution_.unit_covariance;
+    out.of_prior = (sigma() * prior_weights_).cwiseAbs2();
     std::vector<Duration> compared;  // as logs of the instants
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       compared.push_back({errors_[k].rows(), 1.0 / every_[k]});
@@ -360,12 +418,15 @@ class OutputError {
   std::vector<std::vector<Index>> instants_;  // that are compared, one list a log
   std::vector<double> every_;                 // time from one to the next [s]
   Index count_ = 0;                           // of all logs
-  Vector steps_;                              // of the differences, (b)
+  std::vector<LoopUnknown> unknowns_;         // g, behind χ in all that follows
+  Vector prior_, prior_sigma_;                // of them, (g)
+  Vector prior_weights_;                      // of their deviation from it, beside weighted positions, (g)
+  Vector steps_;                              // of the differences, (b + g)
   SimulatedLoops gains_;                      // of the start, whose control law all others have
   Vector chi_;
   PositionErrors errors_;  // with chi_
   Vector weights_;         // 1/σ of each joint's positions, (n)
-  // Derivatives of the positions at chi_: of each log and joint, (instants × b).
+  // Derivatives of the positions at chi_: of each log and joint, (instants × b + g).
   std::vector<std::vector<Matrix>> derivatives_;
   LeastSquares solution_;  // of the step from chi_
   Vector step_;            // the same without friction that stays zero
@@ -381,6 +442,7 @@ void output_error_estimate(const EstimationProblem& problem, Estimated& out) {
   OutputError solver(problem, out);
   if (solver.iterate(start)) {
     out.estimate = solver.estimate();
+    out.output_error->loop = solver.loop();
     if (!solver.gains_follow_the_start()) {
       out.start.reset();
     }
