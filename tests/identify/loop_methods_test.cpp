@@ -274,66 +274,6 @@ TEST_F(LoopMethods, BasinsOfAttraction) {
   }
 }
 
-// Gains off by up to 8 % and a delay off by 1.4 periods. The ratio k_p and the delay are seen; of inertia, friction and k_v only
-// their ratios are, and the scale stays that of the gains that were given.
-TEST_F(LoopMethods, OutputErrorFindsGainsAndDelayButForTheirScale) {
-  const PdControl actual = actual_gains();
-  constexpr double delay = 1.4;
-  rivid::SimulationOptions options{.f_m = f_m, .sampling = computer()};
-  options.sampling.delay = delay;
-  const rivid::Simulation run = simulate(robot, base, truth, actual, J, moves(1.0), options);
-  Log clean;
-  clean.t = run.t;
-  clean.f_m = f_m;
-  clean.q = run.q_measured;
-  clean.v_tau = run.v_tau;
-  clean.q_r = run.q_r;
-  Estimation method = comparing(iv(), Iv::Compares::positions);
-  Iv& iv = std::get<Iv>(method.method);
-  iv.start_on_reference = true;
-  iv.tolerance = 1e-9;
-  iv.parameter_tolerance = 1e-2;
-  const PdControl given{.k_p = actual.k_p.cwiseProduct(Eigen::Vector2d(1.08, 0.95)),
-                        .k_v = actual.k_v.cwiseProduct(Eigen::Vector2d(0.93, 0.93))};
-  iv.control = given;
-  iv.gain_sigma = {{"k_p", 0.1}, {"k_v", 0.1}};
-  iv.delay_sigma = 1.0;
-  const Identification found = identify(robot, clean, method);
-  ASSERT_EQ(found.status, Status::identified) << (found.reasons.empty() ? "" : found.reasons.front());
-  const std::vector<rivid::LoopEstimate>& loop = found.output_error->loop;
-  ASSERT_EQ(loop.size(), 5U);
-  constexpr double seen = 2e-3;  // of the value
-  for (std::size_t j = 0; j < 2; ++j) {
-    const auto at = static_cast<Index>(j);
-    EXPECT_EQ(loop[j].name, "k_p");
-    EXPECT_EQ(loop[j].joint, robot.joints[j].name);
-    EXPECT_EQ(loop[j].prior, given.k_p[at]);
-    EXPECT_NEAR(loop[j].prior_sigma, 0.1 * given.k_p[at], 1e-12);
-    EXPECT_NEAR(loop[j].value, actual.k_p[at], seen * actual.k_p[at]) << j;
-    EXPECT_EQ(loop[2 + j].name, "k_v");
-  }
-  EXPECT_EQ(loop[4].name, "delay");
-  EXPECT_NEAR(loop[4].value, delay, 0.02);
-  EXPECT_LT(loop[4].sigma, 0.02);
-  const double scale = loop[2].value / actual.k_v[0];
-  EXPECT_NEAR(scale, 0.93, 0.01);
-  EXPECT_NEAR(loop[3].value / actual.k_v[1], scale, seen);
-  for (Index i = 0; i < base.size(); ++i) {
-    EXPECT_NEAR(found.chi[i], scale * truth[i], 0.01 * truth.cwiseAbs().maxCoeff()) << i;
-  }
-  // Two gains, each known to 10 %.
-  const Index inertia = index("ZZ1R");
-  EXPECT_NEAR(found.parameters[static_cast<std::size_t>(inertia)].sigma / found.chi[inertia],
-              0.1 / std::sqrt(2.0), 0.01);
-  EXPECT_NEAR(loop[2].sigma / loop[2].value, 0.1 / std::sqrt(2.0), 0.01);
-  EXPECT_NE(found.output_error->scale.find("gain_sigma has right to 7.1 %"), std::string::npos)
-      << found.output_error->scale;
-
-  iv.gain_sigma = {{"K_p", 0.1}};
-  EXPECT_EQ(rivid::test::complaint_of([&] { return identify(robot, clean, method); }),
-            "gain_sigma names \"K_p\"; the gains of this law are k_p, k_v");
-}
-
 TEST_F(LoopMethods, RefuseWhatTheyCanNotDo) {
   const auto complaint = [&](Estimation estimation) { return estimation.complaint(robot).value_or(""); };
   Estimation didim = comparing(iv(), Iv::Compares::torques);

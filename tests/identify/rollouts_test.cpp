@@ -101,7 +101,7 @@ TEST_F(RolloutsOfTheScara, LieInTheWindowOfTheLog) {
   Log spoiled = log_;
   const Index half = log_.samples() / 2;
   spoiled.q.bottomRows(half).array() += 1.0;
-  spoiled.tau.bottomRows(half).array() += 100.0;
+  spoiled.v_tau.bottomRows(half).array() += 100.0;
   const RolloutOptions first_half{.window = std::array{log_.t[0], log_.t[half - 100]}};
   const Rollouts clean = rollouts(truth, std::span(&log_, 1), first_half);
   const Rollouts same = rollouts(truth, std::span(&spoiled, 1), first_half);

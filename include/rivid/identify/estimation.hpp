@@ -71,7 +71,7 @@ struct Iv {
   Control control = {};    ///< of the actual robot, as far as it is known
   Sampling sampling = {};  ///< of that control
   /// Gains that Compares::positions estimates beside χ, one of each joint, by their names in the law's
-  /// description(), with the standard deviations of their logarithms that are known beforehand.
+  /// description(), with the relative standard deviations that are known beforehand.
   std::map<std::string, double> gain_sigma = {};
   double delay_sigma = 0.0;  ///< the same of sampling.delay [periods]; 0: it is known
   Follows follows = Follows::reference;

@@ -135,9 +135,8 @@ void describe_loop(const Inference& inference, OutputErrorReport& report) {
       one.interval_95 = {std::max(one.value - t * sigma, 0.0), one.value + t * sigma};
       continue;
     }
-    one.sigma = std::abs(one.value) * sigma;
-    one.interval_95 = {one.value * std::exp(-t * sigma), one.value * std::exp(t * sigma)};
-    std::ranges::sort(one.interval_95);
+    one.sigma = std::abs(one.prior) * sigma;
+    one.interval_95 = {one.value - t * one.sigma, one.value + t * one.sigma};
     // Gains in the unit of the control signal.
     if (one.name.front() == 'K' || one.name == "k_v") {
       in_scale[i] = 1.0;

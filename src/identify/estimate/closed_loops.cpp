@@ -87,6 +87,8 @@ Index most_steps_of(std::span<const IvIteration> earlier) {
 
 // Position error [rad | m] from which a law's stiffness is computed: too small to saturate it.
 constexpr double dead_band_probe = 1e-6;
+// Of an unknown gain: it keeps its sign.
+constexpr double least_factor = 1e-3;
 // A joint that moves in a smaller part of the samples counts as locked.
 constexpr double locked_part = 0.05;
 
@@ -468,7 +470,7 @@ SimulatedLoops ClosedLoops::prepared(const Vector& chi, const SimulatedLoops* ga
       if (unknown.gain < 0) {
         out.delay = value;
       } else {
-        plant.gain_factors(unknown.joint, unknown.gain) = std::exp(value);
+        plant.gain_factors(unknown.joint, unknown.gain) = value;
       }
     }
     for (std::size_t k = 0; k < loops_.size(); ++k) {
@@ -548,9 +550,8 @@ Vector ClosedLoops::feasible(const Vector& chi) const {
   Vector out = chi;
   out.head(problem_.base.size()) = problem_.base.from_standard(braking(chi));
   for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-    if (double& value = out[problem_.base.size() + static_cast<Index>(i)]; unknowns_[i].gain < 0) {
-      value = std::max(value, 0.0);
-    }
+    double& value = out[problem_.base.size() + static_cast<Index>(i)];
+    value = std::max(value, unknowns_[i].gain < 0 ? 0.0 : least_factor);
   }
   return out;
 }
@@ -567,7 +568,11 @@ std::vector<LoopUnknown> loop_unknowns(const Iv& method, const ControlLaw& law) 
     }
     for (Index j = 0; j < at->values.size(); ++j) {
       if (sigma > 0.0 && std::isfinite(at->values[j]) && at->values[j] != 0.0) {
-        out.push_back({.gain = at - gains.begin(), .joint = j, .prior = 0.0, .sigma = sigma});
+        out.push_back({.gain = at - gains.begin(),
+                       .joint = j,
+                       .prior = 1.0,
+                       .sigma = sigma,
+                       .in_signals = name.front() == 'K' || name == "k_v"});
       }
     }
   }

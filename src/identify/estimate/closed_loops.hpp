@@ -56,12 +56,13 @@ struct SimulatedLoops {
   SimulationEffort effort;
 };
 
-// A gain of the law, by the logarithm of its factor, or the delay, that is estimated beside χ.
+// A gain of the law, by its factor, or the delay, that is estimated beside χ.
 struct LoopUnknown {
   Index gain = 0;  // of the law's description(); -1: the delay
   Index joint = 0;
-  double prior = 0.0;  // of what is estimated
-  double sigma = 0.0;  // its standard deviation beforehand
+  double prior = 0.0;       // of what is estimated
+  double sigma = 0.0;       // its standard deviation beforehand
+  bool in_signals = false;  // whether it is a gain in the unit of the control signal
 };
 
 // Those of Iv::gain_sigma and delay_sigma; gains that are zero stay it.

@@ -29,8 +29,14 @@ constexpr int most_shorter = 5;
 // What holds a parameter: of a step that it would take this part is left.
 constexpr double holding = 1e6;
 constexpr double at_zero = 1e-9;
-// Unknowns of the loop are moved by this part of their deviation beforehand, for differences.
-constexpr double prior_step = 0.02;
+// Unknowns of the loop are moved by this part of their deviation beforehand, for differences, at most so far.
+constexpr double prior_step = 0.05;
+constexpr double longest_step = 0.1;
+// The others then by this part of themselves at least.
+constexpr double least_part = 0.005;
+// Where all parameters and gains grow alike, positions that move by a smaller part of what one gain moves them
+// by stay: errors of the differences, which would count as knowledge of the scale.
+constexpr double scale_seen = 0.005;
 // Part of the parameter tolerance below which a step is none.
 constexpr double at_rest = 0.2;
 // Part of the sum of squares that a step promises and need not keep: joints that stick and break away make
@@ -89,7 +95,11 @@ class OutputError {
     prior_sigma_ =
         Vector::NullaryExpr(g, [&](Index i) { return unknowns_[static_cast<std::size_t>(i)].sigma; });
     steps_.resize(base().size() + g);
-    steps_ << difference_step * ls.unit_covariance.diagonal().cwiseSqrt(), prior_step * prior_sigma_;
+    Vector own = difference_step * ls.unit_covariance.diagonal().cwiseSqrt();
+    if (g > 0) {
+      own = own.cwiseMax(least_part * chi.cwiseAbs());
+    }
+    steps_ << own, (prior_step * prior_sigma_).cwiseMin(longest_step);
     errors_ = errors(gains_);
     OutputErrorReport& report = out_.output_error.emplace();
     report.instants = count_;
@@ -174,7 +184,7 @@ class OutputError {
                      .joint = problem_.robot.joints[static_cast<std::size_t>(unknown.joint)].name,
                      .prior = before,
                      .prior_sigma = std::abs(before) * unknown.sigma,
-                     .value = before * std::exp(value)});
+                     .value = before * value});
     }
     return out;
   }
@@ -275,6 +285,7 @@ class OutputError {
         return false;
       }
     }
+    leave_scale_open();
     StreamingQr qr(b, 1);
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       for (Index j = 0; j < n; ++j) {
@@ -298,6 +309,46 @@ class OutputError {
     return true;
   }
 
+  // What differences tell of the scale by their errors alone is taken off the derivatives by one gain.
+  void leave_scale_open() {
+    Vector scale = chi_;
+    Index gain = -1;
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      const Index at = base().size() + static_cast<Index>(i);
+      scale[at] = unknowns_[i].in_signals ? chi_[at] : 0.0;
+      gain = unknowns_[i].in_signals ? at : gain;
+    }
+    if (gain < 0) {
+      return;
+    }
+    double grown = 0.0;
+    double one = 0.0;
+    for (const auto& log : derivatives_) {
+      for (const Matrix& J : log) {
+        const Vector together = J * scale;
+        grown += together.squaredNorm();
+        one += J.col(gain).squaredNorm();
+      }
+    }
+    if (grown < scale_seen * scale_seen * one) {
+      // The scale is that which is known beforehand: no simulation is needed for it, nor tells it.
+      Vector alike = Vector::Ones(chi_.size());
+      const Vector known = prior_sigma_.cwiseAbs2().cwiseInverse();
+      const Vector factors = scale.tail(prior_.size());
+      const double factor = factors.dot(known) / factors.cwiseAbs2().dot(known);
+      alike = (scale.array() != 0.0).select(factor * alike, alike);
+      chi_ = chi_.cwiseProduct(alike);
+      scale = scale.cwiseProduct(alike);
+      for (auto& log : derivatives_) {
+        for (Matrix& J : log) {
+          J = J * alike.cwiseInverse().asDiagonal();
+          const Vector together = J * (scale / scale[gain]);
+          J.col(gain) -= together;
+        }
+      }
+    }
+  }
+
   // Friction that is zero and would become negative stays where it is: the step is that of all others.
   void hold_friction_at_zero() {
     step_ = solution_.chi;
@@ -319,22 +370,32 @@ class OutputError {
 
   // The fit of all parameters to rows that are weighted already.
   [[nodiscard]] LeastSquares solved(StreamingQr qr) const {
-    RowGroup group{std::vector<Index>(static_cast<std::size_t>(chi_.size())), std::move(qr)};
+    const Index columns = qr.columns();
+    RowGroup group{std::vector<Index>(static_cast<std::size_t>(columns)), std::move(qr)};
     std::iota(group.columns.begin(), group.columns.end(), Index{0});
     const double one = 1.0;
-    return least_squares(std::span(&group, 1), chi_.size(), std::span(&one, 1));
+    return least_squares(std::span(&group, 1), columns, std::span(&one, 1));
   }
 
-  // Fills columns of the derivatives; false where there is none.
+  // Fills columns of the derivatives; false where there is none. With unknowns of the loop the differences
+  // are central: what others are off along the scale of all would count as knowledge of it.
   bool differentiate(Index first, Index count) {
     std::vector<SimulatedLoops> all =
         loops_.simulated(changed_one_by_one(chi_, steps_, first, count), {}, &gains_);
+    std::vector<SimulatedLoops> behind;
+    if (!unknowns_.empty()) {
+      behind = loops_.simulated(backwards(first, count), {}, &gains_);
+    }
     for (Index i = first; i < first + count; ++i) {
       SimulatedLoops& loops = all[static_cast<std::size_t>(i - first)];
       double step = steps_[i];
+      PositionErrors from = errors_;
       if (!loops.failure.empty()) {
         step = -step;
         loops = loops_.simulated(changed_one_by_one(chi_, -steps_, i, 1).front(), {}, &gains_);
+      } else if (!behind.empty() && behind[static_cast<std::size_t>(i - first)].failure.empty()) {
+        from = errors(behind[static_cast<std::size_t>(i - first)]);
+        step += is_feasible(i, -step) ? step : 0.0;
       }
       if (!loops.failure.empty()) {
         return fail("parameters near the estimate can not be simulated: ", loops);
@@ -342,11 +403,26 @@ class OutputError {
       const PositionErrors moved = errors(loops);
       for (std::size_t k = 0; k < moved.size(); ++k) {
         for (Index j = 0; j < problem_.joints(); ++j) {
-          derivatives_[k][static_cast<std::size_t>(j)].col(i) = (errors_[k].col(j) - moved[k].col(j)) / step;
+          derivatives_[k][static_cast<std::size_t>(j)].col(i) = (from[k].col(j) - moved[k].col(j)) / step;
         }
       }
     }
     return true;
+  }
+
+  // Whether parameter i may move so far.
+  [[nodiscard]] bool is_feasible(Index i, double by) const {
+    const Vector there = changed_one_by_one(chi_, Vector::Constant(chi_.size(), by), i, 1).front();
+    return std::abs(loops_.feasible(there)[i] - there[i]) <= at_zero * std::abs(by);
+  }
+
+  // Parameters that are moved against their steps, or not where they may not.
+  [[nodiscard]] std::vector<Vector> backwards(Index first, Index count) const {
+    Vector steps = -steps_;
+    for (Index i = first; i < first + count; ++i) {
+      steps[i] *= is_feasible(i, steps[i]) ? 1.0 : 0.0;
+    }
+    return changed_one_by_one(chi_, steps, first, count);
   }
 
   // Takes the step or a part of it that leads closer; false where none does.

@@ -93,7 +93,12 @@ Statistics statistics_of_scores(const Estimate& estimate, const EstimateScores& 
                        .plain_sigma = {},
                        .report = {.kind = kind, .quantile_975 = student_quantile_975(estimate.freedom())}};
   } else if (kind == CovarianceKind::blocks) {
+    const Uncertainty plain = out.uncertainty;
     scale_to_blocks(scores.blocks, bread, out.uncertainty);
+    if (g > 0 && out.uncertainty.report.block_ratio < 1.0) {
+      // Few blocks do not show less than so many unknowns take up.
+      out.uncertainty = plain;
+    }
   }
   Matrix& C = out.uncertainty.C;
   if (kind != CovarianceKind::classical) {
