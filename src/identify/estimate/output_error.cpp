@@ -36,7 +36,7 @@ constexpr double longest_step = 0.1;
 constexpr double least_part = 0.005;
 // Where all parameters and gains grow alike, positions that move by a smaller part of what one gain moves them
 // by stay: errors of the differences, which would count as knowledge of the scale.
-constexpr double scale_seen = 0.005;
+constexpr double scale_seen = 0.05;
 // Part of the parameter tolerance below which a step is none.
 constexpr double at_rest = 0.2;
 // Part of the sum of squares that a step promises and need not keep: joints that stick and break away make
