@@ -77,7 +77,8 @@ TEST_F(Compare, RolloutsLieInTheWindowOfTheLog) {
     const Outcome run = identify({"validate", "scara_result", "scara_validation.csv", "--rollout", "--json",
                                   "--set", "signal.window=" + window});
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    for (const Json& found : Json::parse(run.out)["rollouts"]["found"]) {
+    const Json all = Json::parse(run.out);
+    for (const Json& found : all["rollouts"]["found"]) {
       if (found["drive"] == "torques" && found["horizon"] == 1.0) {
         return found["windows"].get<int>();
       }
