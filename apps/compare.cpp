@@ -125,6 +125,7 @@ Rollouts rolled_out(std::vector<ComparedModel> models, const std::vector<Log>& l
     models.push_back({"robot description", experiment.robot, experiment.robot.chi_st()});
   }
   RolloutOptions options;
+  options.window = experiment.estimation.signal.window;
   if (experiment.control) {
     options.control = experiment.control->control;
     options.sampling = experiment.control->sampling;

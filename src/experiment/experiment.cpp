@@ -118,6 +118,8 @@ Estimation detail::estimation_of(const Experiment& experiment) {
     }
     iv->control = experiment.control->control;
     iv->sampling = experiment.control->sampling;
+    iv->gain_sigma = experiment.control->gain_sigma;
+    iv->delay_sigma = experiment.control->delay_sigma;
   }
   return estimation;
 }

@@ -47,7 +47,8 @@ Log with_control_of_law(Log log, const LogSource& source, const Robot& robot) {
   // A controller of another rate than the log has its delay between samples.
   const double period = source.sampling.period * log.f_m;
   const bool each_sample = std::abs(period - 1.0) < 1e-6;
-  const double lag = source.torque_lag - (each_sample ? 0.0 : period * source.sampling.delay);
+  const double delay = source.sampling.delay;
+  const double lag = source.torque_lag - (each_sample ? delay - std::floor(delay) : period * delay);
   return lag != 0.0 ? shift_torque(log, lag) : log;
 }
 

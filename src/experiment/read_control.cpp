@@ -81,7 +81,7 @@ Sampling read_sampling(TomlReader& keys) {
   keys.read(out);
   out.velocity_filter = read_velocity_filter(keys, out.velocity_filter);
   if (!rate_hz) {
-    keys.refuse_keys({"delay", "velocity_filter", "reference_lead"},
+    keys.refuse_keys({"delay", "delay_sigma", "velocity_filter", "reference_lead"},
                      "goes with rate_hz: without it the law is continuous");
   }
   if (auto complaint = out.complaint(keys.joints())) {

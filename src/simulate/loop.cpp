@@ -7,6 +7,17 @@
 
 namespace rivid::detail {
 
+namespace {
+
+// What a delay has beside whole periods; what is no longer than rounding is none.
+double part_of_period(double delay) {
+  constexpr double none = 1e-6;
+  const double part = delay - std::floor(delay);
+  return part < none || part > 1.0 - none ? 0.0 : part;
+}
+
+}  // namespace
+
 LoopOde::LoopOde(const Robot& robot, const DynamicModel& model, const ControlLaw& law,
                  const Reference& reference, const SimulationOptions& options)
     : model_(model),
@@ -206,10 +217,12 @@ bool LoopOde::settle(double t, double* y, Index ended) {
 void LoopOde::reset_modes(const double* y) { stick_slip_.reset({y + n_, static_cast<std::size_t>(n_)}); }
 
 SampledController::SampledController(const ControlLaw& law, const Reference& reference,
-                                     const Sampling& sampling, Index n)
+                                     const Sampling& sampling, Index n, bool in_control)
     : law_(law),
       reference_(reference),
       sampling_(sampling),
+      in_control_(in_control),
+      switches_at_(part_of_period(sampling.delay)),
       q_(n),
       qd_(Vector::Zero(n)),
       x_(Vector::Zero(law.states())),
@@ -219,7 +232,7 @@ SampledController::SampledController(const ControlLaw& law, const Reference& ref
       qdd_r_(n),
       v_(Vector::Zero(n)),
       measured_(n, static_cast<Index>(sampling.velocity_filter.size())),
-      computed_(Matrix::Zero(n, sampling.delay + 1)) {}
+      computed_(Matrix::Zero(n, std::lround(sampling.delay - switches_at_) + (switches_at_ > 0.0 ? 2 : 1))) {}
 
 const Vector& SampledController::tick(double t, const Eigen::Ref<const Vector>& q,
                                       const Eigen::Ref<const Vector>& qd) {
@@ -255,6 +268,9 @@ const Vector& SampledController::tick(double t, const Eigen::Ref<const Vector>& 
   const Index slots = computed_.cols();
   law_.control({t, q_, qd_, q_r_, qd_r_, qdd_r_}, x_, computed_.col(ticks_ % slots), xd_);
   x_ += sampling_.period * xd_;
+  if (ticks_ == 0 && in_control_) {
+    computed_ = computed_.col(0).eval().replicate(1, slots);
+  }
   // Until the first signal has come through its delay nothing acts.
   v_ = computed_.col((ticks_ + 1) % slots);
   ++ticks_;

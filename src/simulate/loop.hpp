@@ -109,10 +109,15 @@ class LoopOde {
 // A control law on a computer: what it measures, what it makes of it, and when that acts.
 class SampledController {
  public:
-  SampledController(const ControlLaw& law, const Reference& reference, const Sampling& sampling, Index n);
+  // in_control  whether the law was in control before the first tick, which then gave the same signals
+  SampledController(const ControlLaw& law, const Reference& reference, const Sampling& sampling, Index n,
+                    bool in_control = false);
 
-  // One period: measures at t the true motion (q, q̇) and gives the control signals that act from t on.
+  // One period: measures at t the true motion (q, q̇) and gives the control signals that act from t on, until
+  // later() does from the part switches_at() of the period on.
   const Vector& tick(double t, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& qd);
+  [[nodiscard]] double switches_at() const { return switches_at_; }  // 0: never
+  [[nodiscard]] auto later() const { return computed_.col((ticks_ + 1) % computed_.cols()); }
 
   // Positions as measured at the last tick.
   [[nodiscard]] const Vector& q_measured() const { return q_; }
@@ -123,10 +128,12 @@ class SampledController {
   const ControlLaw& law_;
   const Reference& reference_;
   const Sampling& sampling_;
+  bool in_control_;
+  double switches_at_;
   Index ticks_ = 0;
   Vector q_, qd_, x_, xd_, q_r_, qd_r_, qdd_r_, v_;
   Matrix measured_;  // (n × taps) the last positions, a ring
-  Matrix computed_;  // (n × delay + 1) control signals that wait, a ring
+  Matrix computed_;  // (n × ⌈delay⌉ + 1) control signals that wait, a ring
 };
 
 }  // namespace rivid::detail

@@ -33,7 +33,7 @@ LoopRun::LoopRun(const Robot& robot, const DynamicModel& model, const ControlLaw
       n_(model.size()),
       ode_(robot, model, law, reference, options),
       batch_(model),
-      controller_(law, reference, options.sampling, n_),
+      controller_(law, reference, options.sampling, n_, options.q_0.size() > 0),
       sampled_(options.sampling.period > 0),
       held_inputs_(options.added_control.rows() > 0 || options.disturbance.rows() > 0),
       in_periods_(sampled_ || held_inputs_ || options.integrator == Integrator::rk4),
@@ -129,14 +129,24 @@ void LoopRun::begin_period() {
   moves_ = false;
   stop_ = begin_ + (in_periods_ ? static_cast<double>(periods_ + 1) * period_
                                 : static_cast<double>(samples_ - 1) / options_.f_m);
-  if (sampled_) {
+  if (late_) {
+    ode_.hold_control(controller_.later());
+    if (end_at_no_number()) {
+      return;
+    }
+  } else if (sampled_) {
+    if (controller_.switches_at() > 0.0) {
+      stop_ = begin_ + (static_cast<double>(periods_) + controller_.switches_at()) * period_;
+    }
     ode_.hold_control(controller_.tick(t_, y_.head(n_), y_.segment(n_, n_)));
     if (end_at_no_number()) {
       return;
     }
   }
-  hold(options_.added_control, [&] { ode_.hold_added(row_); });
-  hold(options_.disturbance, [&] { ode_.hold_disturbance(row_); });
+  if (!late_) {
+    hold(options_.added_control, [&] { ode_.hold_added(row_); });
+    hold(options_.disturbance, [&] { ode_.hold_disturbance(row_); });
+  }
   if (options_.friction == DryFrictionScheme::held) {
     ode_.hold_friction(y_.data());
   }
@@ -191,7 +201,8 @@ void LoopRun::finish_period() {
 
 void LoopRun::end_period() {
   t_ = stop_;
-  ++periods_;
+  late_ = !late_ && controller_.switches_at() > 0.0;
+  periods_ += late_ ? 0 : 1;
   period_ended_ = true;
 }
 
@@ -384,7 +395,7 @@ void LoopRun::note(double t, const Vector& y) {
   out_.motion.qd.row(k) = y.segment(n_, n_);
   out_.v_tau.row(k) = ode_.v_tau();
   out_.tau.row(k) = ode_.tau();
-  out_.q_measured.row(k) = sampled_ && t == t_ ? controller_.q_measured() : y.head(n_);
+  out_.q_measured.row(k) = sampled_ && t == t_ && !late_ ? controller_.q_measured() : y.head(n_);
 }
 
 void LoopRun::end_early(Outcome outcome, const std::string& why) {

@@ -93,6 +93,7 @@ class LoopRun {
   Index waiting_ = 0;    // first sample without its acceleration
   Index recording_ = 0;  // evaluations for samples
   bool period_ended_ = true;
+  bool late_ = false;     // whether the part of the period behind the delay has begun
   bool moves_ = false;    // whether the motion of the period has begun
   Index attempts_ = 0;    // steps of a LoopPack from here that did not stand
   bool in_pack_ = false;  // whether y_ is the end of a step of a LoopPack

@@ -72,6 +72,23 @@ TEST_F(Compare, RolloutsJudgeBesideTheRobotDescription) {
             std::string::npos);
 }
 
+TEST_F(Compare, RolloutsLieInTheWindowOfTheLog) {
+  const auto windows = [&](const std::string& window) {
+    const Outcome run = identify({"validate", "scara_result", "scara_validation.csv", "--rollout", "--json",
+                                  "--set", "signal.window=" + window});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const Json all = Json::parse(run.out);
+    for (const Json& found : all["rollouts"]["found"]) {
+      if (found["drive"] == "torques" && found["horizon"] == 1.0) {
+        return found["windows"].get<int>();
+      }
+    }
+    return 0;
+  };
+  EXPECT_EQ(windows("[2, 5.1]"), 3);
+  EXPECT_EQ(windows("[2, 8.1]"), 6);
+}
+
 TEST_F(Compare, AModelIsAsGoodAsItself) {
   const Json comparison =
       compared({"scara_result", "scara_result/result.json", "--log", "scara_validation.csv"});

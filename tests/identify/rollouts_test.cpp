@@ -89,6 +89,26 @@ TEST_F(RolloutsOfTheScara, WindowsThatAModelIsLostInCountAgainstIt) {
   EXPECT_EQ(open.models[1].lost, open.windows);
   EXPECT_EQ(open.models[0].lost, 0);
   EXPECT_EQ(*open.tests.front().better, 0U);
+  // The other model has the errors that it has alone.
+  EXPECT_EQ(open.models[1].q.size(), 0);
+  const Rollouts alone = rollouts(std::span(models.data(), 1), std::span(&log_, 1));
+  EXPECT_EQ(open.models[0].q, found(alone, Drive::torques, 0.3).models[0].q);
+  EXPECT_EQ(open.models[0].q.size(), 2);
+}
+
+TEST_F(RolloutsOfTheScara, LieInTheWindowOfTheLog) {
+  const std::vector<ComparedModel> truth = {model("truth", study_.truth)};
+  Log spoiled = log_;
+  const Index half = log_.samples() / 2;
+  spoiled.q.bottomRows(half).array() += 1.0;
+  spoiled.v_tau.bottomRows(half).array() += 100.0;
+  const RolloutOptions first_half{.window = std::array{log_.t[0], log_.t[half - 100]}};
+  const Rollouts clean = rollouts(truth, std::span(&log_, 1), first_half);
+  const Rollouts same = rollouts(truth, std::span(&spoiled, 1), first_half);
+  EXPECT_EQ(found(clean, Drive::torques, 0.3).windows, found(same, Drive::torques, 0.3).windows);
+  EXPECT_EQ(found(clean, Drive::torques, 0.3).models[0].q, found(same, Drive::torques, 0.3).models[0].q);
+  // Eight moves of 2.5 s.
+  EXPECT_EQ(found(clean, Drive::torques, 3.0).windows, 3);
 }
 
 TEST_F(RolloutsOfTheScara, RefusesOptionsThatSayNothing) {

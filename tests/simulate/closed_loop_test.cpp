@@ -335,6 +335,31 @@ TEST(ClosedLoop, DelayShiftsTheControlSignal) {
   }
 }
 
+// Two periods and a quarter: the signals change a quarter of a period behind the instants of the controller.
+TEST(ClosedLoop, DelayOfAPartOfAPeriodIsHeldFromThere) {
+  const Robot robot = rivid::test::slider(rivid::Friction::none);
+  const rivid::DynamicModel model(robot, Vector::Unit(10, 9));
+  constexpr Index quarters = 200;
+  SimulationOptions options{.f_m = 4000.0, .samples = quarters + 1};
+  options.sampling.period = 1e-3;
+  options.sampling.delay = 2.25;
+  const auto run = [&] {
+    return simulate(robot, model, Open([](double t) { return 1.0 + t; }), rest(1, 1.0), options);
+  };
+  const Simulation found = run();
+  double velocity = 0.0;
+  for (Index k = 0; k <= quarters; ++k) {
+    const double wanted = k < 9 ? 0.0 : 1.0 + 1e-3 * static_cast<double>((k - 1) / 4 - 2);
+    EXPECT_NEAR(found.v_tau(k, 0), wanted, 1e-12) << k;
+    EXPECT_NEAR(found.motion.qd(k, 0), velocity, 1e-9) << k;
+    velocity += wanted / 4000.0;
+  }
+  EXPECT_GT(velocity, 0.04);
+  // A loop that begins in a given state was under control before.
+  options.q_0 = options.qd_0 = Vector::Zero(1);
+  EXPECT_EQ(run().v_tau(0, 0), 1.0);
+}
+
 TEST(ClosedLoop, QuantisedMeasurementIsWhatTheLawSees) {
   const Scara scara;
   SimulationOptions options = scara_options(Integrator::automatic, 1e-6);

@@ -37,6 +37,8 @@ struct ControlLoop {
 
   Control control;
   Sampling sampling;
+  std::map<std::string, double> gain_sigma;  ///< of gains that are estimated, see Iv
+  double delay_sigma = 0.0;                  ///< [periods]
   InertiaOver design_inertia = InertiaOver::reference;
   /// Whether law and gains are a guess, by a bandwidth, rather than those known of the actual controller.
   bool assumed = false;
@@ -48,7 +50,16 @@ struct ControlLoop {
         Field{"design_inertia", &C::design_inertia,
               "design inertias (38): the largest M_jj over the positions of the `\"reference\"`, or over "
               "`\"all\"` positions within the limits"},
-        Field{"assumed", &C::assumed, "law and gains are a guess, which the summary says"});
+        Field{"assumed", &C::assumed, "law and gains are a guess, which the summary says"},
+        Field{"gain_sigma",
+              &C::gain_sigma,
+              "relative standard deviation of gains that [output error](control.md#unknown-gains-and-delay) "
+              "estimates: `{ K_p = 0.1 }`",
+              {.otherwise = "known", .unit = "1", .range = gain_sigma_range}},
+        Field{"delay_sigma",
+              &C::delay_sigma,
+              "standard deviation of a `delay` that it estimates",
+              {.otherwise = "known", .unit = "periods", .range = Range::from(0.0, 1e6)}});
   }
 
   /// Design inertias J (38) that the gains of `control` are matched to, (n) [kg·m² | kg].

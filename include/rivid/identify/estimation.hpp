@@ -2,6 +2,7 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -69,6 +70,10 @@ struct Iv {
 
   Control control = {};    ///< of the actual robot, as far as it is known
   Sampling sampling = {};  ///< of that control
+  /// Gains that Compares::positions estimates beside χ, one of each joint, by their names in the law's
+  /// description(), with the relative standard deviations that are known beforehand.
+  std::map<std::string, double> gain_sigma = {};
+  double delay_sigma = 0.0;  ///< the same of sampling.delay [periods]; 0: it is known
   Follows follows = Follows::reference;
   double reference_cutoff_hz = 0.0;  ///< of Follows::measured [Hz]; 0: that of the estimation's signal
 

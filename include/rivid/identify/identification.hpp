@@ -367,27 +367,55 @@ struct PrefilterReport {
   }
 };
 
+/// A gain of the control law, or its delay, that output error estimated.
+struct LoopEstimate {
+  std::string name;          ///< "K_p", …, or "delay" [periods]
+  std::string joint;         ///< empty: of all
+  double prior = 0.0;        ///< what was known of it
+  double prior_sigma = 0.0;  ///< its standard deviation
+  double value = 0.0;
+  double sigma = 0.0;
+  std::array<double, 2> interval_95 = {0.0, 0.0};
+
+  template <typename L = LoopEstimate>
+  static constexpr auto fields() {
+    return std::tuple(
+        Field{"name", &L::name, "of the gain, or `\"delay\"` in periods"},
+        Field{"joint", &L::joint, "empty: of all"}, Field{"prior", &L::prior, "value in `[control]`"},
+        Field{"prior_sigma", &L::prior_sigma, "its standard deviation"},
+        Field{"value", &L::value, "estimate"}, Field{"sigma", &L::sigma, "its standard deviation"},
+        Field{"interval_95", &L::interval_95, "its 95 % confidence interval"});
+  }
+};
+
 /// What closed-loop output error made of the estimate of IDIM-IV.
 struct OutputErrorReport {
-  int steps = 0;       ///< of Gauss and Newton
-  Vector start;        ///< parameters that they began with, (b)
-  Vector start_error;  ///< rms of q − q_s of each joint with these, (n) [rad | m]
-  Vector joint_error;  ///< the same with the estimate, (n) [rad | m]
-  Index instants = 0;  ///< of all logs that were compared
+  int steps = 0;                   ///< of Gauss and Newton
+  Vector start;                    ///< parameters that they began with, (b)
+  Vector start_error;              ///< rms of q − q_s of each joint with these, (n) [rad | m]
+  Vector joint_error;              ///< the same with the estimate, (n) [rad | m]
+  Index instants = 0;              ///< of all logs that were compared
+  std::vector<LoopEstimate> loop;  ///< unknowns of the control loop, see Iv::gain_sigma
+  std::string scale;  ///< a sentence: where the scale of gains and parameters is from; empty without `loop`
 
   template <typename R = OutputErrorReport>
   static constexpr auto fields() {
-    return std::tuple(Field{"steps", &R::steps, "of Gauss and Newton"},
-                      Field{"start",
-                            &R::start,
-                            "parameters that they began with, in the order of `parameters`",
-                            {.unit = "SI"}},
-                      Field{"start_error",
-                            &R::start_error,
-                            "rms of the positions less the simulated ones with these, by joint",
-                            {.unit = "rad, m"}},
-                      Field{"joint_error", &R::joint_error, "the same with the estimate", {.unit = "rad, m"}},
-                      Field{"instants", &R::instants, "of all logs that were compared"});
+    return std::tuple(
+        Field{"steps", &R::steps, "of Gauss and Newton"},
+        Field{"start",
+              &R::start,
+              "parameters that they began with, in the order of `parameters`",
+              {.unit = "SI"}},
+        Field{"start_error",
+              &R::start_error,
+              "rms of the positions less the simulated ones with these, by joint",
+              {.unit = "rad, m"}},
+        Field{"joint_error", &R::joint_error, "the same with the estimate", {.unit = "rad, m"}},
+        Field{"instants", &R::instants, "of all logs that were compared"},
+        Field{"loop", &R::loop,
+              "[gains and delay](control.md#unknown-gains-and-delay) that were estimated, each with "
+              "`name`, `joint`, `prior`, `prior_sigma`, `value`, `sigma`, `interval_95`"},
+        Field{"scale", &R::scale, "one sentence: where the scale of all of them is from"});
   }
 };
 

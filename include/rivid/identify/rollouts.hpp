@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,6 +16,8 @@ namespace rivid {
 struct RolloutOptions {
   std::vector<double> horizons = {0.1, 0.3, 1.0, 3.0};  ///< [s]
   int windows = 40;  ///< of each log and horizon at most; they do not overlap
+  /// Part of each log that they lie in, as in SignalOptions [s]; a log without a sample in it stays whole.
+  std::optional<std::array<double, 2>> window = {};
   /// p-value, times the number of tests, below which one model is called better.
   double level = 0.01;
   /// Of the actual robot; empty: rollouts are driven by torques alone. Gains that follow the plant follow that

@@ -59,7 +59,9 @@ inline constexpr std::array names_of<VelocityFilter> =
 /// A control law that runs on a computer: measures at t_k, and holds what it computes until t_{k+1}.
 struct Sampling {
   double period = 0.0;  ///< [s]; 0: the law is continuous, and sees the true motion
-  int delay = 0;        ///< periods between a measurement and the control signal that follows from it
+  /// Periods, and a part of one, from a measurement to the control signal that follows from it, which is
+  /// held for a period from then on.
+  double delay = 0.0;
   /// q̇[k] = Σ_i velocity_filter[i] q[k − i] / period, for what the law takes as velocity: {1, −1} is the
   /// backward difference; empty: the true velocity. Before the first sample the position counts as constant.
   std::vector<double> velocity_filter = detail::backward_difference();
@@ -83,8 +85,8 @@ struct Sampling {
               {.otherwise = "continuous", .unit = "Hz", .range = rate_range}},
         Field{"delay",
               &S::delay,
-              "from a measurement to its signal; with `rate_hz`",
-              {.unit = "periods", .range = Range::within(0, 1e6)}},
+              "from a measurement to its signal, also a part of one; with `rate_hz`",
+              {.unit = "periods", .range = Range::from(0.0, 1e6)}},
         Field{"velocity_filter",
               shown_key<std::variant<VelocityFilter, std::vector<double>>>(
                   [](const S& s) { return s.velocity_filter; }),

@@ -74,6 +74,8 @@ struct Plant {
   const Robot& robot;         ///< its drives
   const DynamicModel& model;  ///< what it is simulated with
   Vector J;                   ///< design inertias (38) of [RIV], (n) [kg·m² | kg]; see design_inertia()
+  /// Factors of the gains in the order of the law's description(), (n × gains); empty: 1.
+  Matrix gain_factors = {};
 };
 
 /// A kind of control law whose gains follow the plant: PdControl, PidControl, …, or any function of a plant.

@@ -396,6 +396,16 @@ inline const Vector& checked_inertias(const char* who, const Plant& plant) {
   return plant.J;
 }
 
+// The gains with the factors that the plant asks for.
+inline void scale(const Plant& plant, std::initializer_list<Vector*> gains) {
+  Index k = 0;
+  for (Vector* const gain : gains) {
+    if (plant.gain_factors.size() > 0) {
+      gain->array() *= plant.gain_factors.col(k++).array();
+    }
+  }
+}
+
 // Factor of the velocity gains, and how the joints' signals become those of the drives.
 struct GainScale {
   Vector factor;  // (n)
@@ -558,6 +568,7 @@ class ComputedTorqueLaw final : public ControlLaw {
       k_p_ = control.omega_n.cwiseAbs2();
       k_d_ = 2.0 * control.zeta.cwiseProduct(control.omega_n);
     }
+    scale(plant, {&k_p_, &k_d_});
     if (control.friction) {
       viscous_ = signal_ * model.viscous;
       offset_ = signal_ * model.offset;
@@ -632,9 +643,9 @@ RIVID_INLINE std::optional<std::string> PdControl::complaint(const Robot& robot)
 RIVID_INLINE std::unique_ptr<ControlLaw> PdControl::operator()(const Plant& plant) const {
   const detail::GainScale scale = detail::scale_of("PdControl", *this, plant);
   const bool by_poles = omega_n.size() > 0;
-  const Vector position = by_poles ? Vector(0.5 * omega_n.cwiseQuotient(zeta)) : k_p;
-  const Vector velocity =
-      scale.factor.cwiseProduct(by_poles ? Vector(2.0 * zeta.cwiseProduct(omega_n)) : k_v);
+  Vector position = by_poles ? Vector(0.5 * omega_n.cwiseQuotient(zeta)) : k_p;
+  Vector velocity = scale.factor.cwiseProduct(by_poles ? Vector(2.0 * zeta.cwiseProduct(omega_n)) : k_v);
+  detail::scale(plant, {&position, &velocity});
   detail::LinearGains gains{.direct = {.position = position.cwiseProduct(velocity),
                                        .reference_velocity = (reference_velocity ? 1.0 : 0.0) * velocity,
                                        .velocity = velocity},
@@ -678,6 +689,7 @@ RIVID_INLINE std::unique_ptr<ControlLaw> PidControl::operator()(const Plant& pla
   for (Vector* const gain : {&proportional, &integral, &derivative}) {
     gain->array() *= scale.factor.array();
   }
+  detail::scale(plant, {&proportional, &integral, &derivative});
   detail::LinearGains gains{
       .direct = {.position = proportional, .reference_velocity = derivative, .velocity = derivative},
       .tracking_time = tracking_time,
@@ -744,7 +756,8 @@ RIVID_INLINE std::unique_ptr<ControlLaw> CascadeControl::operator()(const Plant&
   }
   velocity.array() *= scale.factor.array();
 
-  const Vector ahead = detail::or_constant(feed_forward, n, 1.0);
+  Vector ahead = detail::or_constant(feed_forward, n, 1.0);
+  detail::scale(plant, {&position, &velocity, &integral_times, &ahead});
   const auto feedback_of = [&](const Vector& gain) {
     return detail::LinearFeedback{.position = position.cwiseProduct(gain),
                                   .reference_velocity = ahead.cwiseProduct(gain),

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
+#include <ranges>
 #include <utility>
 
+#include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/signal/filter.hpp"
@@ -120,14 +123,23 @@ Vector spread_of(std::span<const RolloutLog> logs, Matrix Motion::* what) {
 // Errors of one kind of window: by model, log and window.
 using RolloutErrors = std::vector<std::vector<std::vector<WindowError>>>;
 
+// Windows that one model is lost in count for none, but for a model that is lost in all of them.
 Rollout::Error rollout_error(const RolloutErrors& errors, std::size_t model) {
   Rollout::Error out;
   double count = 0.0;
+  std::vector<std::uint8_t> nowhere;
+  for (const auto& of : errors) {
+    nowhere.push_back(std::ranges::all_of(
+        of, [](const auto& log) { return std::ranges::all_of(log, &WindowError::lost); }));
+  }
   for (std::size_t l = 0; l < errors[model].size(); ++l) {
     for (std::size_t w = 0; w < errors[model][l].size(); ++w) {
       const WindowError& own = errors[model][l][w];
       out.lost += own.lost() ? 1 : 0;
-      if (std::ranges::any_of(errors, [&](const auto& of) { return of[l][w].lost(); })) {
+      const auto spoils = [&](std::size_t m) {
+        return errors[m][l][w].lost() && (m == model || nowhere[m] == 0);
+      };
+      if (std::ranges::any_of(std::views::iota(std::size_t{0}, errors.size()), spoils)) {
         continue;
       }
       out.q = out.q.size() > 0 ? Vector(out.q + own.q) : own.q;
@@ -233,7 +245,8 @@ Rollouts rollouts(std::span<const ComparedModel> models, std::span<const Log> lo
     dynamics.emplace_back(model.robot, model.chi_st);
   }
   std::vector<RolloutLog> all;
-  for (const Log& log : logs) {
+  std::vector<Log> room;
+  for (const Log& log : detail::within_window(logs, {.window = options.window}, room)) {
     all.emplace_back(models.front().robot, log, options.cutoff_hz);
   }
   const Vector q = spread_of(all, &Motion::q);

@@ -116,6 +116,44 @@ std::vector<ParameterEstimate> parameters_of(const Answer& answer, const Matrix&
   return out;
 }
 
+// Deviations and intervals of what was estimated of the loop, and where the scale of all is from.
+void describe_loop(const Inference& inference, OutputErrorReport& report) {
+  // Part of the deviation beforehand that is left of a scale which positions do not show.
+  constexpr double unseen = 0.7;
+  const Matrix& C = inference.loop_C;
+  if (report.loop.empty() || C.size() == 0) {
+    return;
+  }
+  const double t = inference.uncertainty.report.quantile_975;
+  Vector in_scale = Vector::Zero(C.rows());
+  double before = 0.0;
+  for (Index i = 0; i < C.rows(); ++i) {
+    LoopEstimate& one = report.loop[static_cast<std::size_t>(i)];
+    const double sigma = std::sqrt(C(i, i));
+    if (one.joint.empty()) {
+      one.sigma = sigma;
+      one.interval_95 = {std::max(one.value - t * sigma, 0.0), one.value + t * sigma};
+      continue;
+    }
+    one.sigma = std::abs(one.prior) * sigma;
+    one.interval_95 = {one.value - t * one.sigma, one.value + t * one.sigma};
+    // Gains in the unit of the control signal.
+    if (one.name.front() == 'K' || one.name == "k_v") {
+      in_scale[i] = 1.0;
+      before += one.prior_sigma * one.prior_sigma / (one.prior * one.prior);
+    }
+  }
+  const double after = in_scale.dot(C * in_scale);
+  report.scale =
+      before > 0.0 && after > unseen * unseen * before
+          ? "positions do not show the scale of gains and parameters: it is that of drive_gain and of the "
+            "gains in [control], which gain_sigma has right to " +
+                number(100.0 * std::sqrt(after) / in_scale.sum(), 2) +
+                " % (σ); a known mass or a data sheet tells more"
+          : "the scale of gains and parameters is that of drive_gain and of what is known in [control]: "
+            "positions do not show it";
+}
+
 // By what weights on the rows move the estimate.
 void add_largest_shift(const std::vector<ParameterEstimate>& parameters, RobustReport& report) {
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -206,6 +244,9 @@ Identification described(const Answer& answer, const Judgement& judgement, Widen
     out.prefilter->covariance = inference.unfiltered->report;
   }
   out.output_error = found.output_error;
+  if (out.output_error) {
+    describe_loop(inference, *out.output_error);
+  }
   out.robust = found.robust;
   out.diagnostics = inference.diagnostics;
   // By the deviations that errors in the rows make, which the other model does not widen.

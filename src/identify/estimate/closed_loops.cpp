@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -86,6 +87,8 @@ Index most_steps_of(std::span<const IvIteration> earlier) {
 
 // Position error [rad | m] from which a law's stiffness is computed: too small to saturate it.
 constexpr double dead_band_probe = 1e-6;
+// Of an unknown gain: it keeps its sign.
+constexpr double least_factor = 1e-3;
 // A joint that moves in a smaller part of the samples counts as locked.
 constexpr double locked_part = 0.05;
 
@@ -220,9 +223,10 @@ AuxiliaryLoop::AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOpt
   }
 }
 
-LoopTask AuxiliaryLoop::task(const DynamicModel& model, const ControlLaw& law, Index most_steps,
-                             double most_seconds) const {
+LoopTask AuxiliaryLoop::task(const DynamicModel& model, const ControlLaw& law, std::optional<double> delay,
+                             Index most_steps, double most_seconds) const {
   LoopTask out{robot_, model, law, *reference_, options_};
+  out.options.sampling.delay = delay.value_or(options_.sampling.delay);
   out.options.max_steps = std::min(options_.max_steps, most_steps);
   out.options.max_seconds = std::min(options_.max_seconds, most_seconds);
   return out;
@@ -237,6 +241,7 @@ Matrix AuxiliaryLoop::rebuilt_control(const ControlLaw& law) const {
     Sampling sampling = options_.sampling;
     sampling.position_noise.resize(0, 0);
     sampling.quantum.resize(0);
+    sampling.delay = std::floor(sampling.delay);
     SampledController controller(law, *reference_, sampling, n);
     for (Index k = 0; k < log_.samples(); ++k) {
       out.row(k) = controller.tick(static_cast<double>(k) / log_.f_m, log_.q.row(k).transpose(),
@@ -369,7 +374,7 @@ void ClosedLoops::simulate(std::span<SimulatedLoops> all, Index steps_before) co
       continue;
     }
     for (std::size_t k = 0; k < loops_.size(); ++k) {
-      tasks.push_back(loops_[k]->task(*loops.model, *loops.laws[k],
+      tasks.push_back(loops_[k]->task(*loops.model, *loops.laws[k], loops.delay,
                                       step_budget(problem_.logs[k].samples(), steps_before), left));
     }
   }
@@ -435,7 +440,7 @@ LoopFactors ClosedLoops::asked_again(const SimulatedLoops& loops, bool simulated
 
 // Standard parameters whose friction brakes.
 Vector ClosedLoops::braking(const Vector& chi) const {
-  Vector chi_st = problem_.base.to_standard(chi);
+  Vector chi_st = problem_.base.to_standard(chi.head(problem_.base.size()));
   make_dissipative(problem_.base, mean_speed_, mean_square_, chi_st);
   return chi_st;
 }
@@ -454,10 +459,22 @@ SimulatedLoops ClosedLoops::prepared(const Vector& chi, const SimulatedLoops* ga
         out.J = out.J.size() == 0 ? J : out.J.cwiseMax(J);
       }
     }
+    Plant plant{problem_.robot, gains_of != nullptr ? *gains_of->model : *out.model, out.J};
+    if (!unknowns_.empty()) {
+      const auto kinds = std::ssize(law_of(problem_.iv().control, plant)->description().gains);
+      plant.gain_factors = Matrix::Ones(problem_.joints(), kinds);
+    }
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      const LoopUnknown& unknown = unknowns_[i];
+      const double value = chi[problem_.base.size() + static_cast<Index>(i)];
+      if (unknown.gain < 0) {
+        out.delay = value;
+      } else {
+        plant.gain_factors(unknown.joint, unknown.gain) = value;
+      }
+    }
     for (std::size_t k = 0; k < loops_.size(); ++k) {
-      out.laws.push_back(
-          law_of(problem_.iv().control,
-                 {problem_.robot, gains_of != nullptr ? *gains_of->model : *out.model, out.J}));
+      out.laws.push_back(law_of(problem_.iv().control, plant));
     }
   } catch (const NumericsError& error) {
     out.failure = error.what();
@@ -529,8 +546,40 @@ LoopSums ClosedLoops::sums_with_control(const SimulatedLoops& loops) const {
   return out;
 }
 
-Vector ClosedLoops::with_braking_friction(const Vector& chi) const {
-  return problem_.base.from_standard(braking(chi));
+Vector ClosedLoops::feasible(const Vector& chi) const {
+  Vector out = chi;
+  out.head(problem_.base.size()) = problem_.base.from_standard(braking(chi));
+  for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+    double& value = out[problem_.base.size() + static_cast<Index>(i)];
+    value = std::max(value, unknowns_[i].gain < 0 ? 0.0 : least_factor);
+  }
+  return out;
+}
+
+std::vector<LoopUnknown> loop_unknowns(const Iv& method, const ControlLaw& law) {
+  const std::vector<Gain> gains = law.description().gains;
+  std::vector<LoopUnknown> out;
+  for (const auto& [name, sigma] : method.gain_sigma) {
+    const auto at = std::ranges::find(gains, name, &Gain::name);
+    if (at == gains.end()) {
+      std::vector<std::string> names;
+      std::ranges::transform(gains, std::back_inserter(names), &Gain::name);
+      throw InputError("gain_sigma names \"" + name + "\"; the gains of this law are " + listed(names));
+    }
+    for (Index j = 0; j < at->values.size(); ++j) {
+      if (sigma > 0.0 && std::isfinite(at->values[j]) && at->values[j] != 0.0) {
+        out.push_back({.gain = at - gains.begin(),
+                       .joint = j,
+                       .prior = 1.0,
+                       .sigma = sigma,
+                       .in_signals = name.front() == 'K' || name == "k_v"});
+      }
+    }
+  }
+  if (method.delay_sigma > 0.0) {
+    out.push_back({.gain = -1, .joint = 0, .prior = method.sampling.delay, .sigma = method.delay_sigma});
+  }
+  return out;
 }
 
 std::vector<Vector> changed_one_by_one(const Vector& chi, const Vector& steps, Index first, Index count) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,8 +23,8 @@ class AuxiliaryLoop {
   AuxiliaryLoop(const Robot& robot, const Log& log, const SignalOptions& signal, const Iv& method);
 
   // most_steps, most_seconds: beside the budgets of the options.
-  [[nodiscard]] LoopTask task(const DynamicModel& model, const ControlLaw& law, Index most_steps,
-                              double most_seconds) const;
+  [[nodiscard]] LoopTask task(const DynamicModel& model, const ControlLaw& law, std::optional<double> delay,
+                              Index most_steps, double most_seconds) const;
 
   // Filtered measured motion and reference at the samples of the log.
   [[nodiscard]] const Motion& measured() const { return measured_; }
@@ -51,8 +52,23 @@ struct SimulatedLoops {
   std::unique_ptr<DynamicModel> model;            // that the laws may look into
   std::vector<std::unique_ptr<ControlLaw>> laws;  // the same for each log: a law may keep scratch
   Vector J;                                       // design inertias that their gains follow
+  std::optional<double> delay;                    // in place of Iv::sampling's [periods]
   SimulationEffort effort;
 };
+
+// A gain of the law, by its factor, or the delay, that is estimated beside χ.
+struct LoopUnknown {
+  Index gain = 0;  // of the law's description(); -1: the delay
+  Index joint = 0;
+  double prior = 0.0;       // of what is estimated
+  double sigma = 0.0;       // its standard deviation beforehand
+  bool in_signals = false;  // whether it is a gain in the unit of the control signal
+};
+
+// Those of Iv::gain_sigma and delay_sigma; gains that are zero stay it.
+//
+// throws InputError where the law has no gain of such a name
+[[nodiscard]] std::vector<LoopUnknown> loop_unknowns(const Iv& method, const ControlLaw& law);
 
 // The closed loops of all logs, to be simulated with any parameters. Where the problem has its logs
 // elsewhere, these are asked.
@@ -60,6 +76,9 @@ class ClosedLoops {
  public:
   // throws InputError where a log lacks what its loop follows
   explicit ClosedLoops(const EstimationProblem& problem);
+
+  // From now on parameters have these behind χ, in all that follows.
+  void estimate_beside(std::vector<LoopUnknown> unknowns) { unknowns_ = std::move(unknowns); }
 
   // earlier   iterations: their effort bounds that of this one
   // gains_of  loops whose control law is that of these as well; nullptr: the law follows chi
@@ -86,8 +105,9 @@ class ClosedLoops {
   [[nodiscard]] LoopSums sums(const SimulatedLoops& loops) const;
   [[nodiscard]] LoopSums sums_with_control(const SimulatedLoops& loops) const;
 
-  // The parameters that are simulated in place of `chi`: its own where the friction of all joints brakes.
-  [[nodiscard]] Vector with_braking_friction(const Vector& chi) const;
+  // The parameters that are simulated in place of `chi`: its own where the friction of all joints brakes and
+  // no signal comes before its measurement.
+  [[nodiscard]] Vector feasible(const Vector& chi) const;
 
  private:
   // Wall-clock time that all simulations of an estimation may take together, and what is left of it.
@@ -102,6 +122,7 @@ class ClosedLoops {
   const EstimationProblem& problem_;
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   std::vector<std::unique_ptr<AuxiliaryLoop>> loops_;
+  std::vector<LoopUnknown> unknowns_;
   Vector mean_speed_;  // |q̇| of the measured motions
   Vector mean_square_;
 };

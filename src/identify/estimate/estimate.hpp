@@ -82,6 +82,8 @@ struct EstimateScores {
   std::vector<Matrix> series;  // Σ Jᵀ Ω⁻¹ e over each interval of time, one of each log, (intervals × b)
   double interval = 0.0;       // [s]
   std::vector<BlockSums> blocks;
+  Matrix bread;  // (Jᵀ Ω⁻¹ J)⁻¹ of χ and of what was estimated behind it, (b + g × b + g), as all above are
+  Vector of_prior;  // variance of the score of what was known of the latter, (g)
 };
 
 // An estimate χ̂ of Zᵀ Ω⁻¹ (Y − W χ) = 0, with Z the instruments V or W itself, and what its statistics are

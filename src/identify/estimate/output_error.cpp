@@ -29,6 +29,14 @@ constexpr int most_shorter = 5;
 // What holds a parameter: of a step that it would take this part is left.
 constexpr double holding = 1e6;
 constexpr double at_zero = 1e-9;
+// Unknowns of the loop are moved by this part of their deviation beforehand, for differences, at most so far.
+constexpr double prior_step = 0.05;
+constexpr double longest_step = 0.1;
+// The others then by this part of themselves at least.
+constexpr double least_part = 0.005;
+// Where all parameters and gains grow alike, positions that move by a smaller part of what one gain moves them
+// by stay: errors of the differences, which would count as knowledge of the scale.
+constexpr double scale_seen = 0.05;
 // Part of the parameter tolerance below which a step is none.
 constexpr double at_rest = 0.2;
 // Part of the sum of squares that a step promises and need not keep: joints that stick and break away make
@@ -80,13 +88,26 @@ class OutputError {
     }
     out_.status = Status::identified;
     out_.reasons.clear();
-    steps_ = difference_step * ls.unit_covariance.diagonal().cwiseSqrt();
+    unknowns_ = loop_unknowns(method_, *gains_.laws.front());
+    loops_.estimate_beside(unknowns_);
+    const auto g = std::ssize(unknowns_);
+    prior_ = Vector::NullaryExpr(g, [&](Index i) { return unknowns_[static_cast<std::size_t>(i)].prior; });
+    prior_sigma_ =
+        Vector::NullaryExpr(g, [&](Index i) { return unknowns_[static_cast<std::size_t>(i)].sigma; });
+    steps_.resize(base().size() + g);
+    Vector own = difference_step * ls.unit_covariance.diagonal().cwiseSqrt();
+    if (g > 0) {
+      own = own.cwiseMax(least_part * chi.cwiseAbs());
+    }
+    steps_ << own, (prior_step * prior_sigma_).cwiseMin(longest_step);
     errors_ = errors(gains_);
     OutputErrorReport& report = out_.output_error.emplace();
     report.instants = count_;
     report.start = chi;
     report.start_error = rms(errors_);
-    for (chi_ = loops_.with_braking_friction(chi);; ++report.steps) {
+    Vector all(steps_.size());
+    all << chi, prior_;
+    for (chi_ = loops_.feasible(all);; ++report.steps) {
       report.joint_error = rms(errors_);
       if (!linearise()) {
         return false;
@@ -102,9 +123,9 @@ class OutputError {
                                " standard deviations");
         return false;
       }
-      const double before = cost(errors_);
+      const double before = cost(errors_, chi_);
       const bool closer = advance(before);
-      const double gained = closer ? 1.0 - cost(errors_) / before : 0.0;
+      const double gained = closer ? 1.0 - cost(errors_, chi_) / before : 0.0;
       const bool rests = gained <= method_.tolerance && step <= method_.parameter_tolerance;
       if (closer && rests) {
         // Statistics belong to where the last step ended.
@@ -142,17 +163,49 @@ class OutputError {
     return asked(*other) != asked(*gains_.laws.front());
   }
 
+  // The unknowns of the loop, their deviations left open.
+  [[nodiscard]] std::vector<LoopEstimate> loop() const {
+    const std::vector<Gain> gains = gains_.laws.front()->description().gains;
+    std::vector<LoopEstimate> out;
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      const LoopUnknown& unknown = unknowns_[i];
+      const double value = chi_[base().size() + static_cast<Index>(i)];
+      if (unknown.gain < 0) {
+        out.push_back({.name = "delay",
+                       .joint = {},
+                       .prior = unknown.prior,
+                       .prior_sigma = unknown.sigma,
+                       .value = value});
+        continue;
+      }
+      const Gain& gain = gains[static_cast<std::size_t>(unknown.gain)];
+      const double before = gain.values[unknown.joint];
+      out.push_back({.name = gain.name,
+                     .joint = problem_.robot.joints[static_cast<std::size_t>(unknown.joint)].name,
+                     .prior = before,
+                     .prior_sigma = std::abs(before) * unknown.sigma,
+                     .value = before * value});
+    }
+    return out;
+  }
+
   // Where the steps came to rest.
   [[nodiscard]] Estimate estimate() const {
+    const Index b = base().size();
     Estimate out;
-    out.chi = chi_;
+    out.chi = chi_.head(b);
     out.weights = torque_weights();
     out.rows = count_ * problem_.joints();
-    out.rank = base().size();
+    out.rank = b;
     out.condition = solution_.condition;
     out.sigma = out.sigma_rho = sigma();
-    out.root = solution_.R;
-    out.unit_covariance = out.bread = solution_.unit_covariance;
+    // χ behind the unknowns of the loop: what these take is not its own.
+    StreamingQr turned(chi_.size(), 1);
+    Matrix R(chi_.size(), chi_.size());
+    R << solution_.R.rightCols(prior_.size()), solution_.R.leftCols(b);
+    turned.add(R, Vector::Zero(chi_.size()));
+    out.root = solved(std::move(turned)).R.bottomRightCorner(b, b);
+    out.unit_covariance = out.bread = solution_.unit_covariance.topLeftCorner(b, b);
     out.signals = problem_.signals;
     out.scores = scores();
     return out;
@@ -185,14 +238,20 @@ class OutputError {
     return (squares / static_cast<double>(count_)).cwiseSqrt();
   }
 
-  [[nodiscard]] double cost(const PositionErrors& errors) const {
+  [[nodiscard]] double misfit(const PositionErrors& errors) const {
     return rms(errors).cwiseProduct(weights_).squaredNorm();
+  }
+
+  // With what the unknowns of the loop are off what was known of them, as the last linearisation weighs it.
+  [[nodiscard]] double cost(const PositionErrors& errors, const Vector& chi) const {
+    const Vector off = (chi.tail(prior_.size()) - prior_).cwiseProduct(prior_weights_);
+    return misfit(errors) + off.squaredNorm() / static_cast<double>(count_);
   }
 
   // Standard deviation of a weighted position error.
   [[nodiscard]] double sigma() const {
     const auto rows = static_cast<double>(count_ * problem_.joints());
-    return std::sqrt(cost(errors_) * static_cast<double>(count_) /
+    return std::sqrt(misfit(errors_) * static_cast<double>(count_) /
                      std::max(rows - static_cast<double>(base().size()), 1.0));
   }
 
@@ -200,7 +259,7 @@ class OutputError {
   [[nodiscard]] double promised() const {
     const Vector fitted = solution_.R * solution_.chi;
     const double off = fitted.squaredNorm() - (fitted - solution_.R * step_).squaredNorm();
-    return off / (cost(errors_) * static_cast<double>(count_));
+    return off / (cost(errors_, chi_) * static_cast<double>(count_));
   }
 
   // The largest entry of a step, in standard deviations.
@@ -211,7 +270,7 @@ class OutputError {
   // Derivatives of the positions at chi_ by all parameters, and the step that they ask for; false where there
   // are none.
   bool linearise() {
-    const Index b = base().size();
+    const Index b = chi_.size();
     const Index n = problem_.joints();
     weights_ = Vector::Ones(n);
     if (method_.weights == Iv::Weights::by_joint) {
@@ -226,14 +285,22 @@ class OutputError {
         return false;
       }
     }
+    leave_scale_open();
     StreamingQr qr(b, 1);
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       for (Index j = 0; j < n; ++j) {
         qr.add(weights_[j] * derivatives_[k][static_cast<std::size_t>(j)], weights_[j] * errors_[k].col(j));
       }
     }
+    prior_weights_ = sigma() * prior_sigma_.cwiseInverse();
+    Matrix prior = Matrix::Zero(prior_.size(), b);
+    prior.rightCols(prior_.size()) = prior_weights_.asDiagonal();
+    qr.add(prior, prior_weights_.cwiseProduct(prior_ - chi_.tail(prior_.size())));
     solution_ = solved(std::move(qr));
     if (!solution_.full_rank()) {
+      for (std::vector<Index>& set : solution_.undetermined) {
+        std::erase_if(set, [&](Index i) { return i >= base().size(); });
+      }
       explain_rank(base(), solution_.rank, solution_.undetermined, "the positions of the simulated loops",
                    out_);
       return false;
@@ -242,12 +309,52 @@ class OutputError {
     return true;
   }
 
+  // What differences tell of the scale by their errors alone is taken off the derivatives by one gain.
+  void leave_scale_open() {
+    Vector scale = chi_;
+    Index gain = -1;
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      const Index at = base().size() + static_cast<Index>(i);
+      scale[at] = unknowns_[i].in_signals ? chi_[at] : 0.0;
+      gain = unknowns_[i].in_signals ? at : gain;
+    }
+    if (gain < 0) {
+      return;
+    }
+    double grown = 0.0;
+    double one = 0.0;
+    for (const auto& log : derivatives_) {
+      for (const Matrix& J : log) {
+        const Vector together = J * scale;
+        grown += together.squaredNorm();
+        one += J.col(gain).squaredNorm();
+      }
+    }
+    if (grown < scale_seen * scale_seen * one) {
+      // The scale is that which is known beforehand: no simulation is needed for it, nor tells it.
+      Vector alike = Vector::Ones(chi_.size());
+      const Vector known = prior_sigma_.cwiseAbs2().cwiseInverse();
+      const Vector factors = scale.tail(prior_.size());
+      const double factor = factors.dot(known) / factors.cwiseAbs2().dot(known);
+      alike = (scale.array() != 0.0).select(factor * alike, alike);
+      chi_ = chi_.cwiseProduct(alike);
+      scale = scale.cwiseProduct(alike);
+      for (auto& log : derivatives_) {
+        for (Matrix& J : log) {
+          J = J * alike.cwiseInverse().asDiagonal();
+          const Vector together = J * (scale / scale[gain]);
+          J.col(gain) -= together;
+        }
+      }
+    }
+  }
+
   // Friction that is zero and would become negative stays where it is: the step is that of all others.
   void hold_friction_at_zero() {
     step_ = solution_.chi;
     Vector held = Vector::Zero(step_.size());
     for (bool more = true; more;) {
-      const Vector moved = loops_.with_braking_friction(chi_ + step_) - chi_;
+      const Vector moved = loops_.feasible(chi_ + step_) - chi_;
       const Eigen::Array<bool, Eigen::Dynamic, 1> stays =
           held.array() == 0.0 && moved.array().abs() <= at_zero * step_.array().abs() && step_.array() != 0.0;
       more = stays.any();
@@ -263,22 +370,32 @@ class OutputError {
 
   // The fit of all parameters to rows that are weighted already.
   [[nodiscard]] LeastSquares solved(StreamingQr qr) const {
-    RowGroup group{std::vector<Index>(static_cast<std::size_t>(base().size())), std::move(qr)};
+    const Index columns = qr.columns();
+    RowGroup group{std::vector<Index>(static_cast<std::size_t>(columns)), std::move(qr)};
     std::iota(group.columns.begin(), group.columns.end(), Index{0});
     const double one = 1.0;
-    return least_squares(std::span(&group, 1), base().size(), std::span(&one, 1));
+    return least_squares(std::span(&group, 1), columns, std::span(&one, 1));
   }
 
-  // Fills columns of the derivatives; false where there is none.
+  // Fills columns of the derivatives; false where there is none. With unknowns of the loop the differences
+  // are central: what others are off along the scale of all would count as knowledge of it.
   bool differentiate(Index first, Index count) {
     std::vector<SimulatedLoops> all =
         loops_.simulated(changed_one_by_one(chi_, steps_, first, count), {}, &gains_);
+    std::vector<SimulatedLoops> behind;
+    if (!unknowns_.empty()) {
+      behind = loops_.simulated(backwards(first, count), {}, &gains_);
+    }
     for (Index i = first; i < first + count; ++i) {
       SimulatedLoops& loops = all[static_cast<std::size_t>(i - first)];
       double step = steps_[i];
+      PositionErrors from = errors_;
       if (!loops.failure.empty()) {
         step = -step;
         loops = loops_.simulated(changed_one_by_one(chi_, -steps_, i, 1).front(), {}, &gains_);
+      } else if (!behind.empty() && behind[static_cast<std::size_t>(i - first)].failure.empty()) {
+        from = errors(behind[static_cast<std::size_t>(i - first)]);
+        step += is_feasible(i, -step) ? step : 0.0;
       }
       if (!loops.failure.empty()) {
         return fail("parameters near the estimate can not be simulated: ", loops);
@@ -286,24 +403,39 @@ class OutputError {
       const PositionErrors moved = errors(loops);
       for (std::size_t k = 0; k < moved.size(); ++k) {
         for (Index j = 0; j < problem_.joints(); ++j) {
-          derivatives_[k][static_cast<std::size_t>(j)].col(i) = (errors_[k].col(j) - moved[k].col(j)) / step;
+          derivatives_[k][static_cast<std::size_t>(j)].col(i) = (from[k].col(j) - moved[k].col(j)) / step;
         }
       }
     }
     return true;
   }
 
+  // Whether parameter i may move so far.
+  [[nodiscard]] bool is_feasible(Index i, double by) const {
+    const Vector there = changed_one_by_one(chi_, Vector::Constant(chi_.size(), by), i, 1).front();
+    return std::abs(loops_.feasible(there)[i] - there[i]) <= at_zero * std::abs(by);
+  }
+
+  // Parameters that are moved against their steps, or not where they may not.
+  [[nodiscard]] std::vector<Vector> backwards(Index first, Index count) const {
+    Vector steps = -steps_;
+    for (Index i = first; i < first + count; ++i) {
+      steps[i] *= is_feasible(i, steps[i]) ? 1.0 : 0.0;
+    }
+    return changed_one_by_one(chi_, steps, first, count);
+  }
+
   // Takes the step or a part of it that leads closer; false where none does.
   bool advance(double before) {
     double part = 1.0;
     for (int halving = 0; halving <= most_shorter; ++halving, part *= 0.5) {
-      const Vector chi = loops_.with_braking_friction(chi_ + part * step_);
+      const Vector chi = loops_.feasible(chi_ + part * step_);
       const SimulatedLoops loops = loops_.simulated(chi, {}, &gains_);
       if (!loops.failure.empty()) {
         continue;
       }
       PositionErrors closer = errors(loops);
-      if (cost(closer) < before) {
+      if (cost(closer, chi) < before) {
         chi_ = chi;
         errors_ = std::move(closer);
         return true;
@@ -316,14 +448,16 @@ class OutputError {
   [[nodiscard]] std::vector<double> torque_weights() const {
     std::vector<double> out;
     for (const RowGroup& group : problem_.data.groups) {
-      out.push_back(residual_weight(group, chi_).value_or(1.0));
+      out.push_back(residual_weight(group, chi_.head(base().size())).value_or(1.0));
     }
     return out;
   }
 
   [[nodiscard]] EstimateScores scores() const {
-    const Index b = base().size();
+    const Index b = chi_.size();
     EstimateScores out;
+    out.bread = solution_.unit_covariance;
+    out.of_prior = (sigma() * prior_weights_).cwiseAbs2();
     std::vector<Duration> compared;  // as logs of the instants
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       compared.push_back({errors_[k].rows(), 1.0 / every_[k]});
@@ -360,12 +494,15 @@ class OutputError {
   std::vector<std::vector<Index>> instants_;  // that are compared, one list a log
   std::vector<double> every_;                 // time from one to the next [s]
   Index count_ = 0;                           // of all logs
-  Vector steps_;                              // of the differences, (b)
+  std::vector<LoopUnknown> unknowns_;         // g, behind χ in all that follows
+  Vector prior_, prior_sigma_;                // of them, (g)
+  Vector prior_weights_;                      // of their deviation from it, beside weighted positions, (g)
+  Vector steps_;                              // of the differences, (b + g)
   SimulatedLoops gains_;                      // of the start, whose control law all others have
   Vector chi_;
   PositionErrors errors_;  // with chi_
   Vector weights_;         // 1/σ of each joint's positions, (n)
-  // Derivatives of the positions at chi_: of each log and joint, (instants × b).
+  // Derivatives of the positions at chi_: of each log and joint, (instants × b + g).
   std::vector<std::vector<Matrix>> derivatives_;
   LeastSquares solution_;  // of the step from chi_
   Vector step_;            // the same without friction that stays zero
@@ -381,6 +518,7 @@ void output_error_estimate(const EstimationProblem& problem, Estimated& out) {
   OutputError solver(problem, out);
   if (solver.iterate(start)) {
     out.estimate = solver.estimate();
+    out.output_error->loop = solver.loop();
     if (!solver.gains_follow_the_start()) {
       out.start.reset();
     }

@@ -62,6 +62,7 @@ Statistics classical_statistics(const Estimate& estimate) {
                                               estimate.unit_covariance, estimate.freedom()),
           .diagnostics = {},
           .blocks = {},
+          .loop_C = {},
           .least_squares = {}};
 }
 
@@ -78,17 +79,41 @@ Statistics statistics_of_factors(const LogFactors& factors, const Estimate& esti
 // Of an estimate that compares something else than rows of torques.
 Statistics statistics_of_scores(const Estimate& estimate, const EstimateScores& scores,
                                 const CovarianceOptions& options, CovarianceKind kind) {
-  Statistics out = {.uncertainty = hac_covariance(scores.series, scores.interval, estimate.bread, options,
-                                                  estimate.freedom()),
-                    .diagnostics = {},
-                    .blocks = scores.blocks,
-                    .least_squares = {}};
+  const Matrix& bread = scores.bread;
+  const Index b = estimate.chi.size();
+  const Index g = scores.of_prior.size();
+  Statistics out = {
+      .uncertainty = hac_covariance(scores.series, scores.interval, bread, options, estimate.freedom()),
+      .diagnostics = {},
+      .blocks = {},
+      .loop_C = {},
+      .least_squares = {}};
   if (kind == CovarianceKind::classical) {
-    out.uncertainty = {.C = estimate.sigma * estimate.sigma * estimate.unit_covariance,
+    out.uncertainty = {.C = estimate.sigma * estimate.sigma * bread,
                        .plain_sigma = {},
                        .report = {.kind = kind, .quantile_975 = student_quantile_975(estimate.freedom())}};
   } else if (kind == CovarianceKind::blocks) {
-    scale_to_blocks(scores.blocks, estimate.bread, out.uncertainty);
+    const Uncertainty plain = out.uncertainty;
+    scale_to_blocks(scores.blocks, bread, out.uncertainty);
+    if (g > 0 && out.uncertainty.report.block_ratio < 1.0) {
+      // Few blocks do not show less than so many unknowns take up.
+      out.uncertainty = plain;
+    }
+  }
+  Matrix& C = out.uncertainty.C;
+  if (kind != CovarianceKind::classical) {
+    // What was known beforehand was not exact.
+    C += bread.rightCols(g) * scores.of_prior.asDiagonal() * bread.rightCols(g).transpose();
+  }
+  out.loop_C = C.bottomRightCorner(g, g);
+  C = C.topLeftCorner(b, b).eval();
+  if (Vector& plain = out.uncertainty.plain_sigma; plain.size() > b) {
+    plain = plain.head(b).eval();
+  }
+  // Scores of χ without what the unknowns of the loop take up of them.
+  const Matrix own = bread.leftCols(b) * (estimate.root.transpose() * estimate.root);
+  for (const BlockSums& block : scores.blocks) {
+    out.blocks.push_back({own.transpose() * block.ZW * own, own.transpose() * block.Z_rho});
   }
   return out;
 }
@@ -122,6 +147,7 @@ Statistics statistics_of(const EstimationProblem& problem, const Estimate& estim
       .diagnostics =
           Diagnostics{.residuals = residual_tests(problem.robot, found), .hausman = {}, .torque_lag = {}},
       .blocks = {},
+      .loop_C = {},
       .least_squares = {}};
   if (kind == CovarianceKind::blocks && estimate.rank == problem.base.size()) {
     scale_to_blocks(found.blocks, bread, out.uncertainty);
@@ -192,9 +218,10 @@ Inference inferred(const EstimationProblem& problem, const Estimated& found) {
   }
   out.of_geometry = geometry_covariance(problem, estimate);
   // Errors of the model last in the positions of a simulated loop, and no interval of these knows them: both
-  // estimates of the loop differ by them. Gains of which the poles are known are those of the start, and its
+  // estimates of the loop differ by them, but for what a start with a wrong loop has. Gains of which the poles are known are those of the start, and its
   // scale is that of the estimate.
-  if (found.output_error && problem.iv().chi_0.size() == 0) {
+  out.loop_C = statistics.loop_C;
+  if (found.output_error && found.output_error->loop.empty() && problem.iv().chi_0.size() == 0) {
     const Vector shift = out.chi - found.output_error->start;
     out.uncertainty.C += shift * shift.transpose();
     if (found.start) {

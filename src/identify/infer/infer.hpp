@@ -18,6 +18,7 @@ struct Statistics {
   Uncertainty uncertainty;
   std::optional<Diagnostics> diagnostics;
   std::vector<BlockSums> blocks;
+  Matrix loop_C;         // of the unknowns of the loop, see OutputErrorReport
   Vector least_squares;  // χ̂ of least squares on the rows of an estimate by instruments
 };
 
@@ -31,6 +32,7 @@ struct Inference {
   Uncertainty uncertainty;      // of errors in the rows and of gains
   Matrix gain_slopes = {};      // (b × n)
   Matrix of_choice = {};        // covariance by Estimation::choice_covariance, (b × b) or empty
+  Matrix loop_C = {};           // covariance of what output error estimated of the loop
   Matrix of_geometry = {};      // covariance by Robot::tolerance, (b × b) or empty
   std::optional<Diagnostics> diagnostics = {};
   std::optional<Uncertainty> unfiltered = {};  // of the estimate before the prefilter

@@ -176,6 +176,9 @@ std::vector<Section> sections_of(const Identification& result, const Evidence* e
   if (result.gains) {
     out.push_back(gains_section(result));
   }
+  if (result.output_error && !result.output_error->loop.empty()) {
+    out.push_back(loop_section(*result.output_error));
+  }
   if (evidence != nullptr) {
     add_if_any(correlation_section(result), out);
   }

@@ -259,4 +259,21 @@ Section gains_section(const Identification& result) {
   return out;
 }
 
+Section loop_section(const OutputErrorReport& report) {
+  using L = LoopEstimate;
+  Section out{"loop", "Control loop", "Gains and delay of the control loop"};
+  out.blocks.push_back({table_of(
+      report.loop, {{{""}, &L::name},
+                    {{"joint"}, &L::joint},
+                    {{"before", format::deviation}, [](const L& l) { return Cell(l.prior, l.prior_sigma); }},
+                    {{"σ before", format::significant(2)}, &L::prior_sigma},
+                    {{"estimate", format::deviation}, [](const L& l) { return Cell(l.value, l.sigma); }},
+                    {{"sigma", format::significant(2)}, &L::sigma},
+                    {{"95 % interval"}, [](const L& l) {
+                       return number(l.interval_95[0], 4) + " … " + number(l.interval_95[1], 4);
+                     }}})});
+  out.blocks.push_back({Sentence{report.scale}});
+  return out;
+}
+
 }  // namespace rivid::detail

@@ -16,6 +16,7 @@ namespace rivid::detail {
 [[nodiscard]] Section parameters_section(const Identification& result);
 // Drive gains that were estimated.
 [[nodiscard]] Section gains_section(const Identification& result);
+[[nodiscard]] Section loop_section(const OutputErrorReport& report);
 [[nodiscard]] Section correlation_section(const Identification& result);
 [[nodiscard]] Section prefilter_section(const Identification& result, const PrefilterReport& report);
 [[nodiscard]] Section iterations_section(const Identification& result, const IvHistory& history);
