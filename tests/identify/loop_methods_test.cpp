@@ -274,6 +274,78 @@ TEST_F(LoopMethods, BasinsOfAttraction) {
   }
 }
 
+// Gains off by up to 10 % and a delay off by 0.4 periods. Ratios of gains, and the delay, are seen; the scale
+// of gains, inertia and friction is what is known of the gains beforehand.
+TEST_F(LoopMethods, OutputErrorFindsGainsAndDelayButForTheirScale) {
+  const rivid::PidControl actual{.K_p = Eigen::Vector2d(200.0, 40.0), .K_d = Eigen::Vector2d(40.0, 6.0)};
+  const rivid::PidControl given{.K_p = Eigen::Vector2d(220.0, 38.0), .K_d = Eigen::Vector2d(37.0, 6.5)};
+  Vector true_gains(4);
+  true_gains << actual.K_d, actual.K_p;
+  Vector given_gains(4);
+  given_gains << given.K_d, given.K_p;
+  constexpr double delay = 1.4;
+  constexpr double prior = 0.1;
+  constexpr Index runs = 3;
+  int held = 0;
+  int all = 0;
+  const auto count = [&](const std::array<double, 2>& interval, double value) {
+    held += interval[0] <= value && value <= interval[1] ? 1 : 0;
+    ++all;
+  };
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    rivid::SimulationOptions options{.f_m = f_m, .sampling = computer()};
+    options.sampling.delay = delay;
+    constexpr Index rows = 4001;
+    options.sampling.position_noise = rivid::white_noise(seed, 1, rows, Vector::Constant(2, encoder_noise));
+    options.disturbance = rivid::white_noise(seed, 2, rows, disturbance);
+    const rivid::Simulation run = simulate(robot, base, truth, actual, J, moves(0.7), options);
+    Log log;
+    log.t = run.t;
+    log.f_m = f_m;
+    log.q = run.q_measured;
+    log.v_tau = run.v_tau;
+    log.q_r = run.q_r;
+    Estimation method = comparing(iv(), Iv::Compares::positions);
+    Iv& loop = std::get<Iv>(method.method);
+    loop.control = given;
+    loop.sampling.delay = 1.0;
+    loop.gain_sigma = {{"K_p", prior}, {"K_d", prior}};
+    loop.delay_sigma = 1.0;
+    const Identification found = identify(robot, log, method);
+    ASSERT_EQ(found.status, Status::identified) << found.reasons.front();
+    const std::vector<rivid::LoopEstimate>& gains = found.output_error->loop;
+    ASSERT_EQ(gains.size(), 5U);
+    // Against the first gain, of which the scale is.
+    const double scale = gains[0].value / true_gains[0];
+    for (Index i = 0; i < 4; ++i) {
+      const rivid::LoopEstimate& gain = gains[static_cast<std::size_t>(i)];
+      EXPECT_EQ(gain.name, i < 2 ? "K_d" : "K_p");
+      EXPECT_EQ(gain.joint, robot.joints[static_cast<std::size_t>(i % 2)].name);
+      EXPECT_EQ(gain.prior, given_gains[i]);
+      EXPECT_NEAR(gain.value / (scale * true_gains[i]), 1.0, 0.02) << gain.name;
+      // Four gains, each known to 10 %.
+      EXPECT_NEAR(gain.sigma / gain.value, 0.5 * prior, 0.01) << gain.name;
+      count(gain.interval_95, true_gains[i]);
+    }
+    EXPECT_EQ(gains[4].name, "delay");
+    EXPECT_NEAR(gains[4].value, delay, 0.2);
+    EXPECT_LT(gains[4].sigma, 0.1);
+    count(gains[4].interval_95, delay);
+    Index inertia = 0;
+    found.chi.maxCoeff(&inertia);
+    EXPECT_NEAR(found.chi[inertia] / truth[inertia], scale, 0.005);
+    EXPECT_NEAR(found.parameters[static_cast<std::size_t>(inertia)].sigma / found.chi[inertia], 0.5 * prior,
+                0.01);
+    for (Index i = 0; i < truth.size(); ++i) {
+      count(found.parameters[static_cast<std::size_t>(i)].interval_95, truth[i]);
+    }
+    EXPECT_NE(found.output_error->scale.find("gain_sigma has right to 5 %"), std::string::npos)
+        << found.output_error->scale;
+  }
+  EXPECT_GE(held, 0.9 * all) << held << " of " << all;
+}
+
 TEST_F(LoopMethods, RefuseWhatTheyCanNotDo) {
   const auto complaint = [&](Estimation estimation) { return estimation.complaint(robot).value_or(""); };
   Estimation didim = comparing(iv(), Iv::Compares::torques);
