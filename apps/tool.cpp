@@ -237,10 +237,7 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
     app.add_flag(std::string(force_option), replaces_foreign_files(),
                  "Replace files that rivid did not write, or that were edited since, too");
   }
-  CLI::Option* const asked = app.set_version_flag("--version", "rivid " + std::string(version));
-  if (command.name != "rivid") {
-    asked->group("");  // Help of the program has it.
-  }
+  app.set_version_flag("--version", "rivid " + std::string(version));
   app.footer(command.footer);
   const std::optional<int> ended = parse(app, command, argc, argv);
   for (const Argument& argument : command.arguments) {

@@ -4,17 +4,19 @@
 
 cmake_minimum_required(VERSION 3.25)
 
+include(${CMAKE_CURRENT_LIST_DIR}/help_text.cmake)
 cmake_path(GET PROGRAM FILENAME tool)
+name_in_help(called ${tool})
 file(READ ${PAGE} page)
 string(REPLACE "\\-" "-" page "${page}")
 
-if(NOT page MATCHES "\n.SH NAME\n${tool} - [^\n]+\n.SH SYNOPSIS\n${tool} ")
+if(NOT page MATCHES "\n.SH NAME\n${tool} - [^\n]+\n.SH SYNOPSIS\n${called} ")
   message(FATAL_ERROR "${PAGE} does not begin as a man page does")
 endif()
 execute_process(COMMAND ${PROGRAM} --help OUTPUT_VARIABLE help COMMAND_ERROR_IS_FATAL ANY)
-string(REGEX MATCHALL "${tool} [a-z]+ [A-Z]" commands "${help}")
+string(REGEX MATCHALL "${called} [a-z]+ [A-Z]" commands "${help}")
 foreach(command IN LISTS commands)
-  string(REGEX REPLACE "^[^ ]+ ([^ ]+) .*" "\\1" command "${command}")
+  string(REGEX REPLACE "^${called} ([^ ]+) .*" "\\1" command "${command}")
   execute_process(COMMAND ${PROGRAM} ${command} --help OUTPUT_VARIABLE more COMMAND_ERROR_IS_FATAL ANY)
   string(APPEND help "${more}")
 endforeach()

@@ -4,6 +4,8 @@
 set -euo pipefail
 tool=$(realpath -s "$1")
 name=$(basename "$tool")
+# What its help calls it.
+called=$(sed "s/^rivid_identify$/rivid/; s/^rivid_montecarlo$/rivid study/; s/^rivid_paper_study$/rivid paper/; s/_/ /" <<<"$name")
 faults=0
 fault() { echo "$name: $1" >&2; faults=$((faults + 1)); }
 # shellcheck disable=SC1090
@@ -45,7 +47,7 @@ check_options() {
   done < <("$tool" "$@" --help | grep -E '^ +(-[a-z], *)?--[a-z]')
 }
 check_options
-for command in $("$tool" --help | grep -oE "$name [a-z]+ [A-Z]" | cut -d' ' -f2 | sort -u); do
+for command in $("$tool" --help | grep -oE "$called [a-z]+ [A-Z]" | sed "s/^$called //; s/ .*//" | sort -u); do
   expect "$command" "$name" "${command:0:1}"
   check_options "$command"
 done
@@ -65,7 +67,7 @@ if "$tool" --help | grep -q -- '--log FILE'; then
   expect run.csv "$name" 'my robot.toml' --log ''
   expect run.csv "$name" 'my robot.toml' --log run.csv ''
 fi
-if "$tool" --help | grep -q "$name init"; then
+if "$tool" --help | grep -q "$called init"; then
   touch robot.urdf
   expect robot.urdf "$name" init ''
   expect run.csv "$name" init robot.urdf ''

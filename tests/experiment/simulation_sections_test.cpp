@@ -99,7 +99,7 @@ TEST_F(SimulationSections, TellWhichKeyOfTheControlIsWrong) {
   refused("law = \"pd\"\nomega_n = 1\ndelay = 1\n", {":5:9: [control] delay goes with rate_hz"});
   refused("law = \"pd\"\nomega_n = 1\nrate_hz = 0\n", {"[control] rate_hz is 0 Hz, must be positive"});
   refused("law = \"pd\"\nomega_n = 1\nrate_hz = 100\ndelay = -1\n",
-          {":6:9: [control] delay is -1 periods, must lie between 0 and 1000000"});
+          {":6:9: [control] delay is -1 periods, must not be negative"});
   refused("law = \"pd\"\nomega_n = 1\nrate_hz = 100\nvelocity_filter = \"center\"\n",
           {"velocity_filter is \"center\", must be one of \"backward\"", "\"central\" and \"none\""});
 }
