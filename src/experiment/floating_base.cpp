@@ -18,11 +18,11 @@ constexpr double steepest = 85.0;  // of the pitch; at 90° yaw and roll are one
 constexpr double quaternion_tolerance = 0.01;
 
 Log columns_of(const LogSource& source, std::vector<Column> columns, const ColumnsRead& read) {
-  LogOptions options = {.position = std::move(columns),
-                        .time = source.columns.time,
-                        .rate_hz = source.columns.rate_hz,
-                        .default_names = false,
-                        .table = source.columns.table};
+  const LogOptions options = {.position = std::move(columns),
+                              .time = source.columns.time,
+                              .rate_hz = source.columns.rate_hz,
+                              .default_names = false,
+                              .table = source.columns.table};
   return read(options);
 }
 

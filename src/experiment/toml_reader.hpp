@@ -322,7 +322,7 @@ class TomlReader {
         fail(node, wanted.key, "must be true or false, or a table of options");
       }
     }
-    take(node, wanted, out.emplace());
+    take(node, wanted, out.emplace(Value{}));
   }
 
   void require_within(const toml::node& node, const Wanted& wanted, double value) const;

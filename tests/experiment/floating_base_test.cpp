@@ -188,7 +188,6 @@ class WalkerLog : public testing::Test {
  protected:
   static constexpr int samples = 3000;
   static constexpr double rate = 1000.0;
-  static constexpr auto force_at = [](double t) { return Vector3d(3.0 * std::sin(2.0 * t), 2.0, 78.5); };
 
   WalkerLog() { folder_.write("walker.urdf", urdf()); }
 
