@@ -511,9 +511,16 @@ RecognisedBase recognised_base(std::span<const std::string> names) {
   constexpr auto xyz = std::to_array<std::string_view>({"x", "y", "z"});
   constexpr auto wxyz = std::to_array<std::string_view>({"w", "x", "y", "z"});
   constexpr auto rpy = std::to_array<std::string_view>({"roll", "pitch", "yaw"});
+  // A pose of which nothing else is said may be that of a tool or of a camera.
+  constexpr std::string_view bases = " base odom odometry root trunk torso pelvis floating ";
+  const auto of_base = [&](const std::string& name) {
+    return std::ranges::any_of(words_of(name), [&](const std::string& word) {
+      return bases.find(' ' + word + ' ') != std::string_view::npos;
+    });
+  };
   RecognisedBase out;
   const auto take = [&](std::size_t i, Words firsts, Words ends, std::vector<std::string>& to) {
-    if (to.empty()) {
+    if (to.empty() && of_base(names[i])) {
       to = alike(names, i, firsts, ends).second;
     }
   };

@@ -437,5 +437,19 @@ TEST_F(WalkerLog, DraftNamesItsPose) {
   }
 }
 
+TEST_F(WalkerLog, DraftTakesNoPoseOfAToolForItsBase) {
+  std::string text =
+      "t,pose.position.x,pose.position.y,pose.position.z,pose.orientation.x,pose.orientation.y,"
+      "pose.orientation.z,pose.orientation.w,q1,q2,tau1,tau2\n";
+  for (int k = 0; k < 10; ++k) {
+    text += std::to_string(0.001 * k) + ",0.5,0.5,0.5,0.5,0.5,0.5,0.5,0.5,0.5,0.5,0.5\n";
+  }
+  folder().write("log.csv", text);
+  const std::vector<std::filesystem::path> logs = {folder().path() / "log.csv"};
+  const ExperimentDraft made =
+      draft_experiment(folder().path() / "drafted.toml", folder().path() / "walker.urdf", {}, logs);
+  EXPECT_EQ(made.text.find("floating"), std::string::npos) << made.text;
+}
+
 }  // namespace
 }  // namespace rivid
