@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -94,13 +95,67 @@ void take_flange(const std::string& text, PayloadOptions& to) {
           .toRotationMatrix();
 }
 
+// A log, and when the payload is on the arm [s].
+struct Carried {
+  std::filesystem::path file;
+  std::string time;  ///< as it was given; empty where all of the log is with the payload
+  double from = -std::numeric_limits<double>::infinity();
+  double to = std::numeric_limits<double>::infinity();
+};
+
 // The logs of one payload.
 struct NamedLogs {
   std::string name;
-  std::vector<std::filesystem::path> files;
+  std::vector<Carried> files;
   std::vector<Log> logs = {};
   std::optional<double> mass = {};
 };
+
+// FILE, FILE@FROM or FILE@FROM:TO.
+Carried carried(const std::string& text) {
+  const std::size_t at = text.rfind('@');
+  if (at == std::string::npos || std::filesystem::exists(text)) {
+    return {.file = text, .time = {}};
+  }
+  const std::string time = text.substr(at + 1);
+  const std::size_t colon = time.find(':');
+  const std::optional<double> from = finite_number(time.substr(0, colon));
+  const std::optional<double> to = colon == std::string::npos ? std::numeric_limits<double>::infinity()
+                                                              : finite_number(time.substr(colon + 1));
+  if (!from || !to || !(*to > *from)) {
+    throw InputError(
+        "--loaded " + text + ": " + in_quotes(time) +
+        " must be the time in s at which the payload is taken, or FROM:TO, also that at which it is "
+        "put down, later");
+  }
+  return {.file = text.substr(0, at), .time = time, .from = *from, .to = *to};
+}
+
+// Puts the rows of a log with the payload and those without it to the logs of their kind. A gripper takes a
+// while to close: what is within half a second of the time given goes to neither.
+void divide(const Log& log, const Carried& by, std::vector<Log>& with, std::vector<Log>& without) {
+  constexpr double closing = 0.5;  // s
+  const auto rows_before = [&](double time) {
+    return static_cast<Index>(std::ranges::lower_bound(log.t, time) - log.t.begin());
+  };
+  const auto take = [&](double from, double to, std::vector<Log>& parts) {
+    const Index first = rows_before(from);
+    const Index count = rows_before(to) - first;
+    if (count > 0) {
+      parts.push_back(excerpt(log, first, count));
+      parts.back().warnings = log.warnings;
+    }
+  };
+  const std::size_t before = with.size();
+  take(by.from + closing, by.to - closing, with);
+  if (with.size() == before) {
+    throw InputError("--loaded " + by.file.string() + "@" + by.time + ": the log, from " + number(log.t[0]) +
+                     " to " + number(log.t[log.samples() - 1]) +
+                     " s, has no row then, half a second from both ends");
+  }
+  take(-std::numeric_limits<double>::infinity(), by.from - closing, without);
+  take(by.to + closing, std::numeric_limits<double>::infinity(), without);
+}
 
 // NAME=rest, or the rest alone, which has no name.
 std::pair<std::string, std::string> name_and_rest(const std::string& text) {
@@ -121,7 +176,7 @@ std::vector<NamedLogs> loads_of(const PayloadArguments& arguments) {
     if (named(name) == out.end()) {
       out.push_back({.name = name.empty() ? "payload" : name, .files = {}});
     }
-    named(name)->files.emplace_back(file);
+    named(name)->files.push_back(carried(file));
   }
   for (const std::string& word : arguments.masses) {
     const auto [name, text] = name_and_rest(word);
@@ -144,14 +199,16 @@ std::vector<NamedLogs> loads_of(const PayloadArguments& arguments) {
 
 PayloadReport found_on(const Robot& robot, const Experiment& experiment,
                        const std::optional<IdentifiedArm>& arm, const std::vector<NamedLogs>& loads,
-                       const PayloadOptions& options) {
+                       std::vector<Log> without, const PayloadOptions& options) {
   std::vector<LoadedLogs> with;
   for (const NamedLogs& load : loads) {
     with.push_back({.name = load.name, .logs = load.logs, .mass = load.mass});
   }
   Estimation estimation = experiment.estimation;
   estimation.method = Wls{};
-  const std::vector<Log> without = arm ? std::vector<Log>() : read_logs(experiment.log, robot);
+  if (!arm && !experiment.log.files.empty()) {
+    std::ranges::move(read_logs(experiment.log, robot), std::back_inserter(without));
+  }
   PayloadReport out = arm ? identify_payloads(*arm, with, estimation, options)
                           : identify_payloads(robot, without, with, estimation, options);
   examine(robot, without, with, estimation, out);
@@ -184,16 +241,33 @@ int payload(const PayloadArguments& arguments) {
     inputs.push_back(arguments.arm);
   }
   for (const NamedLogs& load : loads) {
-    inputs.insert(inputs.end(), load.files.begin(), load.files.end());
+    for (const Carried& one : load.files) {
+      inputs.push_back(one.file);
+    }
   }
   const std::vector<PlannedFile> files = {{file, ".json"}};
   Outputs outputs = planned(inputs, files);
+  std::vector<Log> without;
   for (NamedLogs& load : loads) {
-    LogSource source = experiment.log;
-    source.files = load.files;
-    load.logs = read_logs(source, robot);
+    for (const Carried& one : load.files) {
+      LogSource source = experiment.log;
+      source.files = {one.file};
+      for (const Log& log : read_logs(source, robot)) {
+        divide(log, one, load.logs, without);
+      }
+      if (!one.time.empty()) {
+        // Of a log that is divided the experiment takes the parts without payload alone.
+        std::erase_if(experiment.log.files, [&](const auto& file) {
+          std::error_code missing;  // which the reader says
+          return std::filesystem::equivalent(file, one.file, missing);
+        });
+      }
+    }
   }
-  const PayloadReport found = found_on(robot, experiment, arm, loads, options);
+  if (arm) {
+    without.clear();
+  }
+  const PayloadReport found = found_on(robot, experiment, arm, loads, std::move(without), options);
   const std::string json = to_json(found, options);
   outputs.put(file, json);
   finish(arguments, outputs, files, json, in_words(found, screen_width()));
@@ -212,10 +286,10 @@ int payload_command(int argc, char** argv) {
            {{"experiment", "EXPERIMENT.toml",
              "Experiment file (TOML) of the arm without payload: robot, log, signal chain", &to.experiment,
              true},
-            {"--loaded", "[NAME=]FILE",
+            {"--loaded", "[NAME=]FILE[@FROM[:TO]]",
              "Logs with a payload, whose columns are those of the experiment file; of several "
-             "payloads with "
-             "their names",
+             "payloads with their names. FROM: the time in the log [s] at which it is taken, TO: put down; "
+             "what is outside is a log without it",
              &to.loaded, true},
             {"--log", "FILE", "Logs without it instead of the experiment file's", &to.logs},
             {.name = "--arm",

@@ -292,6 +292,33 @@ TEST_F(PayloadTool, FindsLoadsOnAResult) {
   EXPECT_TRUE(test::says(run.out, "Difference none - heavy"));
 }
 
+// Taken and put down again within one log, which is that of the experiment too.
+TEST_F(PayloadTool, DividesALogWhereTheGripperMoves) {
+  std::string out;
+  double begin = 0.0;
+  double taken = 0.0;
+  for (const char* const part : {"made/log.csv", "heavy/log.csv", "made/log.csv"}) {
+    std::istringstream in(folder_.read(part));
+    std::string line;
+    std::getline(in, line);
+    out += out.empty() ? line + '\n' : "";
+    double time = 0.0;
+    while (std::getline(in, line)) {
+      const std::size_t comma = line.find(',');
+      time = begin + std::stod(line.substr(0, comma));
+      out += number(time, 12) + line.substr(comma) + '\n';
+    }
+    begin = time + 0.001;
+    taken = taken > 0.0 ? taken : begin;
+  }
+  folder_.write("carry.csv", out);
+  const std::string times = number(taken, 12) + ":" + number(2.0 * taken, 12);
+  const Outcome run = payload({"--log", "carry.csv", "--loaded", "box=carry.csv@" + times});
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_EQ(found().at("payloads").at(0).at("name"), "box");
+  expect_two_kilograms(found().at("payloads").at(0));
+}
+
 TEST_F(PayloadTool, RefusesWhatDoesNotFit) {
   identify_arm();
   const auto refused = [&](std::vector<std::string> arguments, const char* words) {
@@ -304,6 +331,9 @@ TEST_F(PayloadTool, RefusesWhatDoesNotFit) {
   refused({"--arm", arm, "--log", heavy, "--loaded", heavy}, "excludes --arm");
   refused({"--arm", "six_axis.urdf", "--loaded", heavy}, "is no result.json");
   refused({"--loaded", "a=" + heavy, "--mass", "b=2"}, "no logs of --loaded are those of \"b\"");
+  refused({"--loaded", heavy + "@soon"}, "\"soon\" must be the time in s at which the payload is taken");
+  refused({"--loaded", heavy + "@3:2"}, "\"3:2\" must be the time");
+  refused({"--loaded", heavy + "@900"}, "log.csv@900: the log, from 0 to ");
   refused({"--loaded", heavy, "--mass", "2", "3"}, "the mass of \"payload\" is given twice");
   refused({"--loaded", heavy, "--gains", "estimate"}, "give the mass of a payload");
   Json without = Json::parse(folder_.read(arm));

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "dense.hpp"
 #include "identify/payload/judged_load.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
@@ -129,9 +130,13 @@ std::string why_no_gains(PayloadFit& fit) {
                                                " for " + counted(fit.theta().size(), "unknown");
 }
 
+// Where the ratios are known far better than the scale, rounding leaves it neither symmetric nor positive.
 Matrix relative_covariance(const PayloadFit& fit, const Matrix& C, Index n) {
   const Vector scale = fit.theta().segment(fit.gains_at(), n).cwiseInverse();
-  return scale.asDiagonal() * C.block(fit.gains_at(), fit.gains_at(), n, n) * scale.asDiagonal();
+  const Matrix rounded =
+      scale.asDiagonal() * C.block(fit.gains_at(), fit.gains_at(), n, n) * scale.asDiagonal();
+  const auto eigen = detail::symmetric_eigen(0.5 * (rounded + rounded.transpose()));
+  return eigen.vectors * eigen.values.cwiseMax(0.0).asDiagonal() * eigen.vectors.transpose();
 }
 
 }  // namespace
