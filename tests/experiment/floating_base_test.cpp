@@ -13,7 +13,9 @@
 #include "rivid/experiment/draft.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/export/urdf.hpp"
+#include "rivid/identify/payload.hpp"
 #include "rivid/model/urdf.hpp"
+#include "rivid/online/model.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "support/complaint.hpp"
 #include "support/temporary_folder.hpp"
@@ -392,6 +394,15 @@ TEST_F(WalkerLog, WhatDoesNotFitIsRefused) {
   const Experiment wrong = experiment(with(good, "\"qw\", \"qx\"", "\"ax\", \"qx\""));
   EXPECT_TRUE(
       test::says(test::complaint_of([&] { return read_logs(wrong.log, wrong.robot); }), "quaternion"));
+}
+
+TEST(FloatingBase, IsRefusedByWhatKnowsNoPose) {
+  const Robot robot = walker();
+  EXPECT_TRUE(
+      test::says(PayloadOptions{.link = "leg"}.complaint(robot).value_or(""), "base that stands still"));
+  OnlineModel online;
+  online.robot = robot;
+  EXPECT_TRUE(test::says(online.complaint().value_or(""), "know no pose of the base"));
 }
 
 TEST(FloatingBase, IsWrittenBackWithoutItsVirtualJoints) {

@@ -30,6 +30,10 @@ inline std::optional<std::string> OnlineModel::complaint() const {
   if (const auto fault = robot.complaint()) {
     return fault;
   }
+  if (robot.base_joints > 0) {
+    return "the estimators of a control loop know no pose of the base, and that of robot \"" + robot.name +
+           "\" floats";
+  }
   const Index b = base.size();
   const Index n = robot.size();
   if (auto fault = base.complaint(robot)) {

@@ -177,6 +177,9 @@ std::optional<std::size_t> PayloadOptions::link_of(const Robot& robot) const {
 }
 
 std::optional<std::string> PayloadOptions::complaint(const Robot& robot) const {
+  if (robot.base_joints > 0) {
+    return "payloads are identified on a base that stands still, that of robot \"" + robot.name + "\" floats";
+  }
   if (!link_of(robot)) {
     std::vector<std::string> links;
     for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
