@@ -4,8 +4,8 @@
     build/venv/bin/python benchmarks/log_differences.py build/test/apps/rivid LOGS [--set KEY=VALUE ...]
 
 LOGS is the folder of the real logs of docs/references.md. Logs that are alone are cut into pieces. Prints for each robot the share of the
-differences within the 95 % intervals of the difference: of the parameters that both logs identify, and of all that have an interval; and the
-root mean square of the differences over their standard deviations, 1 where these are right.
+differences within the 95 % intervals of the difference: of the parameters that both logs identify, of friction, and of all that have an
+interval; and the root mean square of the differences over their standard deviations, 1 where these are right.
 """
 
 import argparse
@@ -49,13 +49,13 @@ def identified(program, urdf, log, settings, folder):
 
 
 def differences(first, second):
-    """Of each parameter whether both identify it, whether the difference is within its interval, and the difference in σ."""
+    """Of each parameter its name, whether both identify it, whether the difference is within its interval, and the difference in σ."""
     for name in first.keys() & second.keys():
         a, b = first[name], second[name]
         halves = [(p["interval_95"][1] - p["interval_95"][0]) / 2 for p in (a, b) if p["interval_95"] and None not in p["interval_95"]]
         if len(halves) == 2:
             off = a["value"] - b["value"]
-            yield a["verdict"] == b["verdict"] == "identified", abs(off) < np.hypot(*halves), off / np.hypot(a["sigma"], b["sigma"])
+            yield name, a["verdict"] == b["verdict"] == "identified", abs(off) < np.hypot(*halves), off / np.hypot(a["sigma"], b["sigma"])
 
 
 def share(inside):
@@ -82,8 +82,10 @@ def main():
 
 
 def said(found):
-    return (f"identified {share([inside for sure, inside, _ in found if sure])}, all {share([inside for _, inside, _ in found])}, "
-            f"rms difference {np.sqrt(np.mean([z * z for *_, z in found])):.2f} σ")
+    some = {"identified": [inside for _, sure, inside, _ in found if sure],
+            "friction": [inside for name, _, inside, _ in found if name[0] == "F" or name.startswith("off")],
+            "all": [inside for *_, inside, _ in found]}
+    return ", ".join(f"{what} {share(inside)}" for what, inside in some.items()) + f", rms difference {np.sqrt(np.mean([z * z for *_, z in found])):.2f} σ"
 
 
 if __name__ == "__main__":

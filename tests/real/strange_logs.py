@@ -157,6 +157,7 @@ def judged(case, sweep):
             "identified": sum(p["verdict"] == "identified" for p in result["parameters"])}
     if validation:
         if out["answer"] == "physical":
+            out["plain"] = validation["relative_error"]
             fit, validation = result["physical"]["fit"], validation["physical"] | {"forecast": validation["forecast"]}
         out |= {"found": validation["relative_error"], "forecast": (validation.get("forecast") or {}).get("relative_error"),
                 "ratio": max((v["sigma_rho"] or 0.0) / f["sigma_rho"] for v, f in zip(validation["joints"], fit["joints"]) if f["sigma_rho"]),
@@ -217,6 +218,10 @@ def main():
     if foretold:
         good = sum(1 / 1.5 <= f <= 1.5 for f in foretold)
         print(f"forecast within a factor 1.5: {good} of {len(foretold)}")
+    changed = [c for c in found if "plain" in c]
+    if changed:
+        worse = [c["case"] for c in changed if c["found"] > 1.02 * c["plain"]]
+        print(f"physical answers predict worse than the estimate by 2 %: {len(worse)} of {len(changed)}: {worse}")
     swept = [c for c in found if "best" in c]
     for name, some in (("all", swept), ("exit 0", [c for c in swept if c["exit"] == 0])):
         if some:
