@@ -6,10 +6,11 @@ its torque comes 0 to 40 ms late. The experiment file has gains off by 10 %, a d
 "output_error" estimates gains and delay beside the parameters. Printed of each arm, and of all:
 
     95 % intervals that hold the true base parameter, gain and delay
+    the same without the scale of all, which is one draw of the gains an arm: K_p is known exactly ("known")
     error of the delay in samples, and its standard deviation
     seconds, status and warnings
 
-    venv/bin/python benchmarks/servos_pinocchio.py build/test/apps/rivid [COUNT [FIRST]]      # packages: pin, numpy
+    venv/bin/python benchmarks/servos_pinocchio.py build/test/apps/rivid [COUNT [FIRST [known]]]      # packages: pin, numpy
 """
 
 import json
@@ -131,7 +132,8 @@ class Arm:
             lines.append(f"joints.j{j + 1} = {{ rotor_inertia = true, Ia = {Ia!r}, Fv = {Fv!r}, Fc = {Fc!r} }}")
         lines += ["[log]", f'files = ["{folder}/log.csv"]', "[control]", 'law = "pid"', f"rate_hz = {RATE}", f"delay = {DELAY}"]
         lines += [f"{name} = {json.dumps(list(values))}" for name, values in gains.items()]
-        lines += [f"delay_sigma = {DELAY_SIGMA}", f"gain_sigma = {{ K_p = {GAIN_SIGMA}, K_d = {GAIN_SIGMA} }}"]
+        unknown = ", ".join(f"{name} = {GAIN_SIGMA}" for name in gains if np.any(gains[name] != getattr(self, name)))
+        lines += [f"delay_sigma = {DELAY_SIGMA}", f"gain_sigma = {{ {unknown} }}"]
         lines += ["[method]", f'name = "{method}"', "transient = 2"]
         return "\n".join(lines) + "\n"
 
@@ -148,6 +150,7 @@ def identified(program, folder, text):
 
 def main():
     program, count, first = str(pathlib.Path(sys.argv[1]).resolve()), int((sys.argv[2:] or ["20"])[0]), int((sys.argv[3:] or ["1"])[0])
+    known_scale = sys.argv[4:] == ["known"]
     held = {"parameters": [], "K_p": [], "K_d": [], "delay": []}
     scaled, delays, failed = [], [], 0
     for seed in range(first, first + count):
@@ -157,6 +160,7 @@ def main():
             arm.log(folder / "log.csv")
             off = np.exp(OFF * arm.random.normal(size=(3, JOINTS)))
             known = {name: getattr(arm, name) * np.exp(GAIN_SIGMA * arm.random.normal(size=JOINTS)) for name in ("K_p", "K_d")}
+            known["K_p"] = arm.K_p if known_scale else known["K_p"]
             truth = identified(program, folder, arm.experiment(folder, "wls", known, "true.urdf", np.ones((3, JOINTS))))
             found = identified(program, folder, arm.experiment(folder, "output_error", known, "off.urdf", off))
         if found.failed or "output_error" not in found.result or found.result["status"] not in ("identified", "doubtful"):
@@ -180,7 +184,7 @@ def main():
         counts = ", ".join(f"{name} {sum(mine[name])} of {len(mine[name])}" for name in held)
         print(f"{seed:4} {counts}; {delay}; tracking {1e3 * arm.error:.0f} mrad, {found.seconds:.1f} s, {' '.join(codes)}", flush=True)
     print(f"\n{count - failed} of {count} arms identified")
-    for name, hits in held.items():
+    for name, hits in ((name, hits) for name, hits in held.items() if hits):
         print(f"{name}: {sum(hits)} of {len(hits)} intervals hold the truth, {100 * np.mean(hits):.1f} %")
     print(f"rms of error over sigma of the parameters: {np.sqrt(np.mean(np.square(scaled))):.2f}")
     print(f"error of the delay [samples]: rms {np.sqrt(np.mean(np.square(delays))):.4f}, largest {np.abs(delays).max():.4f}")

@@ -1,6 +1,7 @@
 #include "rivid/experiment/experiment.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <variant>
@@ -204,6 +205,24 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
                              std::span<const Log> validation, const Progress& progress) {
   Estimation estimation = detail::estimation_of(experiment);
   estimation.progress = progress;
+  std::array<std::vector<Log>, 2> room;
+  const Iv* const iv = std::get_if<Iv>(&estimation.method);
+  if (iv != nullptr && iv->compares == Iv::Compares::positions &&
+      !(iv->gain_sigma.empty() && iv->delay_sigma == 0.0) &&
+      std::ranges::any_of(logs, detail::has_control_of_law)) {
+    // Rows of torques are judged, which are those of the loop: its estimate comes first.
+    Estimation first = estimation;
+    first.judge = false;
+    const Identification found = identify(experiment.robot, logs, first);
+    if (found.output_error) {
+      room[0] =
+          detail::with_control_of_loop(logs, experiment.log, experiment.robot, found.output_error->loop);
+      room[1] = detail::with_control_of_loop(validation, experiment.log, experiment.robot,
+                                             found.output_error->loop);
+      logs = room[0];
+      validation = room[1];
+    }
+  }
   Identification out = identify(experiment.robot, logs, estimation, validation);
   detail::name_lines(experiment, logs.front(), out.warnings);
   out.gains = experiment.gain_report;

@@ -88,6 +88,27 @@ TEST_F(ControlOfTheLaw, GivesTheParametersThatTorquesGive) {
   }
 }
 
+// What is judged is the control signal of the loop that output error finds, not that of the given one.
+TEST_F(ControlOfTheLaw, IsThatOfTheEstimatedLoop) {
+  const std::string method = "[method]\nname = \"output_error\"\n";
+  const auto law = [&](const std::string& k_p, const std::string& more) {
+    return run(experiment(reference_, "[control]\nlaw = \"pd\"\nrate_hz = 200\nk_v = [7.488, 1.24]\nk_p = " +
+                                          k_p + "\ndelay = 1\n" + more + method));
+  };
+  const Identification known = run(experiment(reference_ + "control = [\"w1\", \"w2\"]\n", law_ + method));
+  // There is no delay: its estimate leaves what the logged signals leave.
+  const Identification late = law("[0.5, 5]", "delay_sigma = 1\n");
+  EXPECT_NEAR(late.fit.relative_error, known.fit.relative_error, 0.05 * known.fit.relative_error);
+  const Identification found = law("[0.55, 4.5]", "delay_sigma = 1\ngain_sigma = { k_p = 0.1 }\n");
+  // The given loop leaves 0.063.
+  EXPECT_LT(found.fit.relative_error, 0.03);
+  EXPECT_EQ(found.output_error->loop.front().prior, 0.55);
+  for (const Identification* const one : {&late, &found}) {
+    EXPECT_EQ(one->status, Status::identified);
+    EXPECT_TRUE(one->warnings.empty()) << one->warnings.front().text;
+  }
+}
+
 TEST_F(ControlOfTheLaw, IsRefusedWhereTheLawIsNotKnown) {
   EXPECT_NE(refusal(reference_, "[control]\nlaw = \"pd\"\nomega_n = [1, 10]\nzeta = 1\n")
                 .find("the gains in [control] follow the inertias"),

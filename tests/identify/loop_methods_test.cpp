@@ -346,6 +346,40 @@ TEST_F(LoopMethods, OutputErrorFindsGainsAndDelayButForTheirScale) {
   EXPECT_GE(held, 0.9 * all) << held << " of " << all;
 }
 
+// Errors that come again with each period of a motion, as those of an encoder's steps do, are averaged over one.
+TEST_F(LoopMethods, OutputErrorCountsErrorsThatRepeatOnce) {
+  constexpr Index periods = 3;
+  constexpr Index period = 2000;
+  Matrix once(4, 2);
+  once << 1.5, 2, -1, -1, 1, 1.5, -1.5, -2;
+  Matrix via(1 + 4 * periods, 2);
+  via << once.bottomRows(1), once.replicate(periods, 1);
+  const PdControl fast{.k_p = Eigen::Vector2d(4.0, 6.0), .k_v = Eigen::Vector2d(14.0, 1.2)};
+  const rivid::PointToPointReference there({.via = via, .durations = Vector::Constant(1, 2.5)});
+  const rivid::Simulation run =
+      simulate(robot, base, truth, fast, J, there, {.f_m = f_m, .sampling = computer()});
+  Log log;
+  log.t = run.t;
+  log.f_m = f_m;
+  log.v_tau = run.v_tau;
+  log.q_r = run.q_r;
+  const Index samples = run.t.size();
+  const Matrix errors = rivid::white_noise(1, 1, samples, Vector::Constant(2, encoder_noise));
+  const auto sigma = [&](const Matrix& added) {
+    log.q = run.q_measured + added;
+    Estimation method = comparing(iv(), Iv::Compares::positions);
+    std::get<Iv>(method.method).control = fast;
+    // Without an unknown the distance from IDIM-IV counts too.
+    std::get<Iv>(method.method).delay_sigma = 1.0;
+    const Identification found = identify(robot, log, method);
+    EXPECT_EQ(found.status, Status::identified);
+    return Vector(found.C_chi.diagonal().cwiseSqrt());
+  };
+  const Matrix again = errors.topRows(period).replicate(periods + 1, 1).topRows(samples);
+  const Vector ratio = sigma(again).cwiseQuotient(sigma(errors));
+  EXPECT_NEAR(std::exp(ratio.array().log().mean()), std::sqrt(3.0), 0.25) << ratio.transpose();
+}
+
 TEST_F(LoopMethods, RefuseWhatTheyCanNotDo) {
   const auto complaint = [&](Estimation estimation) { return estimation.complaint(robot).value_or(""); };
   Estimation didim = comparing(iv(), Iv::Compares::torques);

@@ -204,7 +204,8 @@ void find_prefilter(const Identification& result, Findings& out) {
 }
 
 void find_loop(double with_V, const Identification& result, Findings& out) {
-  if (!result.iv) {
+  // The start of output error follows the loop as it was given, whatever is estimated of it.
+  if (!result.iv || (result.output_error && !result.output_error->loop.empty())) {
     return;
   }
   const LoopDiagnosis& loop = result.iv->loop;

@@ -42,6 +42,10 @@ constexpr double at_rest = 0.2;
 // Part of the sum of squares that a step promises and need not keep: joints that stick and break away make
 // the simulation jump.
 constexpr double promised_in_vain = 0.005;
+// A motion repeats itself where it comes back to within so many times what the simulation leaves, at three of
+// four instants, of which so many are looked at.
+constexpr double as_close = 2.0;
+constexpr Index most_looked_at = 1000;
 // Measured less simulated positions, one matrix a log, (instants × n).
 using PositionErrors = std::vector<Matrix>;
 
@@ -453,6 +457,33 @@ class OutputError {
     return out;
   }
 
+  // Instants after which a log's motion repeats itself, all where it does not. The steps of an encoder, and
+  // errors of the model, are then the same again, and another period tells no more of them.
+  [[nodiscard]] Index period(std::size_t k) const {
+    const Matrix q = problem_.logs[k].q(instants_[k], Eigen::all);
+    const Index m = q.rows();
+    const Index stride = 1 + m / most_looked_at;
+    const double spread = (q.rowwise() - q.colwise().mean()).rowwise().squaredNorm().mean();
+    const double close = as_close * as_close * errors_[k].rowwise().squaredNorm().mean();
+    bool away = false;
+    for (Index lag = 1; lag <= m - m / 4; ++lag) {
+      Index compared = 0;
+      Index back = 0;
+      double squares = 0.0;
+      for (Index i = 0; i + lag < m; i += stride) {
+        const double off = (q.row(i + lag) - q.row(i)).squaredNorm();
+        squares += off;
+        back += off <= close ? 1 : 0;
+        ++compared;
+      }
+      if (away && 4 * back >= 3 * compared) {
+        return lag;
+      }
+      away = away || squares > spread * static_cast<double>(compared);
+    }
+    return m;
+  }
+
   [[nodiscard]] EstimateScores scores() const {
     const Index b = chi_.size();
     EstimateScores out;
@@ -469,7 +500,8 @@ class OutputError {
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       std::vector<Index> instants(static_cast<std::size_t>(errors_[k].rows()));
       std::iota(instants.begin(), instants.end(), Index{0});
-      Matrix& series = out.series.emplace_back(Matrix::Zero(intervals.count(k), b));
+      const Index repeats = period(k);
+      Matrix& series = out.series.emplace_back(Matrix::Zero(intervals.of(k, repeats - 1) + 1, b));
       blocks.divide(k, instants, [&](Index at, Index first, Index count) {
         BlockSums& block = out.blocks[static_cast<std::size_t>(at)];
         for (Index j = 0; j < problem_.joints(); ++j) {
@@ -479,7 +511,7 @@ class OutputError {
           block.ZW.noalias() += w * J.transpose() * J;
           block.Z_rho.noalias() += w * J.transpose() * e;
           for (Index i = 0; i < count; ++i) {
-            series.row(intervals.of(k, first + i)) += w * e[i] * J.row(i);
+            series.row(intervals.of(k, (first + i) % repeats)) += w * e[i] * J.row(i);
           }
         }
       });
