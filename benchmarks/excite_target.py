@@ -124,7 +124,7 @@ def main():
     parser.add_argument("program")
     parser.add_argument("arms", nargs="*", default=NAMES)
     parser.add_argument("--draws", type=int, default=40)
-    asked = parser.parse_args()
+    asked = parser.parse_intermixed_args()
     print("| arm | joints | harmonics | motion | forecast, reported, true σ / target | forecast / true | reported / forecast | torques kept | CPU s |")
     print("|---|---|---|---|---|---|---|---|---|")
     for name in asked.arms:

@@ -228,6 +228,9 @@ void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, const
     }
     const std::vector<LinkPose> at = frames(q);
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      if (kept_[k]) {
+        continue;
+      }
       const Nearest found = nearest_of(pairs_[k], at);
       at_last[k] = found.distance();
       at_first[k] = pose == 0 ? at_last[k] : at_first[k];
@@ -238,7 +241,7 @@ void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, const
         kept = kept || std::abs(at_last[k] - at_first[k]) > unchanged || bodies_[pairs_[k].body].joint > 0 ||
                found.cores.distance < -deep;
       }
-      kept_[k] = kept_[k] || kept;
+      kept_[k] = kept;
     }
   }
   const auto is_ignored = [&](Index k) {

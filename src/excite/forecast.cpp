@@ -95,11 +95,25 @@ void add_correlations(const Matrix& C, std::vector<ForecastParameter>& parameter
   }
 }
 
+// Rows of joints that are slower than a twentieth of their rms velocity are zero: identification leaves them
+// out.
+std::vector<Matrix> moving_rows(std::span<const Matrix> W, const Motion& motion, Index first) {
+  constexpr double slow_part = 0.05;
+  std::vector<Matrix> out(W.begin(), W.end());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto v = motion.qd.col(static_cast<Index>(i)).array().abs();
+    const double least = slow_part * std::sqrt(v.square().mean());
+    out[i].array().colwise() *= (v.segment(first, out[i].rows()) >= least).cast<double>();
+  }
+  return out;
+}
+
 // What each row adds to the information, w C wᵀ / σ²: Σ over all rows is b where nothing was known before.
 Matrix leverages(detail::SampledRegressor& regressor, const Motion& motion, const Matrix& C,
                  const Vector& weights) {
   Matrix out(motion.samples(), motion.joints());
-  regressor.pieces(motion, [&](Index first, std::span<const Matrix> W) {
+  regressor.pieces(motion, [&](Index first, std::span<const Matrix> all) {
+    const std::vector<Matrix> W = moving_rows(all, motion, first);
     for (std::size_t i = 0; i < W.size(); ++i) {
       const std::vector<Index>& columns = regressor.columns(i);
       const auto joint = static_cast<Index>(i);
@@ -199,8 +213,8 @@ Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const Ex
   detail::SampledRegressor regressor(robot, task.base);
   out.information = task.known;
   const Vector weights = task.weights / f_m;
-  regressor.pieces(motion, [&](Index, std::span<const Matrix> W) {
-    detail::add_information(regressor, W, weights, out.information);
+  regressor.pieces(motion, [&](Index first, std::span<const Matrix> W) {
+    detail::add_information(regressor, moving_rows(W, motion, first), weights, out.information);
   });
   if (!out.information.allFinite()) {
     throw InputError("forecast: q, qd or qdd of the motion is so large that the information overflows");

@@ -151,7 +151,7 @@ Excitation repeated(const Robot& robot, const ExcitationOptions& options, Excita
 
 Excitation designed_for_target(const Robot& robot, const ExcitationOptions& options,
                                const std::function<Excitation(const ExcitationOptions&)>& once) {
-  constexpr int rounds = 5;
+  constexpr int rounds = 8;
   constexpr double shortest = 0.2;  // of the period that is given
   const auto whole = [&](double seconds) { return std::round(seconds * options.rate_hz) / options.rate_hz; };
   const double longest = whole(options.duration);
@@ -176,16 +176,17 @@ Excitation designed_for_target(const Robot& robot, const ExcitationOptions& opti
   int times = std::max(1, static_cast<int>(std::ceil(periods)));
   trial.starts = options.starts;
   trial.harmonics = harmonics;
-  double duration = longest;
+  // Information grows faster than time: larger swings go into a longer period.
+  double duration = longest * std::pow(periods / times, times > 1 ? 1.0 : 0.7);
   double total = unreached;
   Excitation out;
+  // Of so many periods the shortest that is better than it need be, the longest that is not enough, and their
+  // shares.
+  std::array<double, 2> good{};
+  std::array<double, 2> poor{};
   for (int k = 0; k < rounds; ++k) {
-    // Information grows faster than time: larger swings go into a longer period.
-    duration *= std::pow(periods / times, k == 0 && times > 1 ? 1.0 : 0.7);
-    duration = whole(std::clamp(duration, shortest * longest, longest));
-    trial.duration = duration;
+    trial.duration = duration = whole(std::clamp(duration, shortest * longest, longest));
     best = period(trial, once);
-    periods = best->periods_for(aim);
     const double share = best->share(times);
     const int needed = share <= 1.0 ? times : static_cast<int>(std::ceil(best->periods_for(1.0)));
     if (needed * duration < total && needed * duration <= options.target.seconds) {
@@ -196,9 +197,16 @@ Excitation designed_for_target(const Robot& robot, const ExcitationOptions& opti
     if ((share <= 1.0 && share >= enough) || (at_end && share <= 1.0) || best->found.stopped) {
       break;
     }
+    (share < enough ? good : poor) = {duration, share};
     if (at_end) {
+      duration *= static_cast<double>(times) / (times + 1);
       ++times;
-      duration *= static_cast<double>(times - 1) / times;
+      good = poor = {};
+    } else if (good[0] > poor[0] && poor[0] > 0.0) {
+      const double part = std::log(aim / good[1]) / std::log(poor[1] / good[1]);
+      duration = good[0] * std::pow(poor[0] / good[0], std::clamp(part, 0.2, 0.8));
+    } else {
+      duration *= std::pow(best->periods_for(aim) / times, 0.7);
     }
   }
   if (!std::isfinite(total)) {
