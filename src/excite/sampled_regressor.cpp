@@ -135,12 +135,13 @@ void SampledRegressor::link_slopes(const Motion& motion, std::span<const Matrix>
   std::vector<Slopes> torques_of_links;
   const bool dependent = !columns_.dependence().empty();
   if (dependent) {
-    moved.resize(static_cast<std::size_t>(3 * links * N));
+    moved.resize(columns_.dependence().memory(static_cast<std::size_t>(N)));
     input = columns_.expanded(input, 0, N, moved.data());
     weights = Matrix::Zero(N, static_cast<Index>(places_.size()));
     for (const RegressorColumns::FoldedEntry& folded : columns_.folded()) {
-      for (const auto& [e, factor] : folded.terms) {
-        weights.col(static_cast<Index>(e)) += factor * G[folded.to.joint].col(folded.to.column);
+      for (const auto& [e, term] : folded.terms) {
+        weights.col(static_cast<Index>(e)) +=
+            columns_.dependence().terms[term].factor * G[folded.to.joint].col(folded.to.column);
       }
     }
     for (std::size_t e = 0; e < entries.size(); ++e) {

@@ -43,6 +43,10 @@ std::string geometry(const Robot& robot) {
     for (const auto& [joint, factor] : dependent.terms) {
       add(Eigen::Vector3d(joint, factor, dependent.offset));
     }
+    if (const auto& bar = dependent.four_bar) {
+      add(Eigen::Vector4d(bar->ground, bar->crank, bar->coupler, bar->rocker));
+      add(Eigen::Vector3d(bar->crank_angle, bar->zero, bar->mirrored ? 1.0 : 0.0));
+    }
   }
   add(robot.chain.gravity);
   add(robot.gear_matrix);

@@ -32,6 +32,8 @@ UrdfOptions read_urdf_options(TomlReader& keys) {
   keys.set(options.moving, {.key = "moving"});
   keys.set(options.dependent,
            {.key = "dependent", .details = {.must_be = "a list of tables: [[robot.dependent]] before each"}});
+  keys.set(options.four_bars,
+           {.key = "four_bar", .details = {.must_be = "a list of tables: [[robot.four_bar]] before each"}});
   keys.set(options.gravity,
            {.key = "gravity",
             .details = {.must_be = "three: the acceleration of free fall in the base frame, in m/s²"}});
@@ -133,7 +135,7 @@ Robot read_robot(TomlReader keys, std::filesystem::path& robot_file) {
 }
 
 void refuse_links_of_table(TomlReader& keys) {
-  keys.refuse_keys({"base", "floating", "tip", "moving"},
+  keys.refuse_keys({"base", "floating", "tip", "moving", "four_bar"},
                    "goes with urdf: a table describes the chain from its base to its tip");
 }
 

@@ -360,13 +360,13 @@ class Writer {
 
   // What the experiment says of a joint, as far as a URDF can.
   void write_mimic(const UrdfTopology::Joint& joint, const Chain::Dependent& dependent) {
-    if (dependent.terms.size() > 1) {
+    if (dependent.terms.size() > 1 || dependent.four_bar) {
       warnings_.push_back(
           Finding{"format_has_no_place",
                   {},
-                  "joint \"" + joint.name +
-                      "\" follows several joints in the experiment, which no mimic joint can: "
-                      "it moves by itself in the model"});
+                  "joint \"" + joint.name + "\" " +
+                      (dependent.four_bar ? "is of a four-bar linkage" : "follows several joints") +
+                      " in the experiment, which no mimic joint can: it moves by itself in the model"});
       return;
     }
     const auto& [k, factor] = dependent.terms.front();

@@ -37,6 +37,10 @@ class Resolver {
   }
 
   [[nodiscard]] bool depends(std::size_t joint) const { return of_joints_[joint] != nullptr; }
+  [[nodiscard]] bool follows_bar(std::size_t joint) const { return four_bar(joint).has_value(); }
+  [[nodiscard]] std::optional<FourBarAngle> four_bar(std::size_t joint) const {
+    return depends(joint) ? of_joints_[joint]->four_bar : std::nullopt;
+  }
 
   // `behind`: dependent joints that lead to this one
   [[nodiscard]] Sum sum(std::size_t joint, std::vector<std::string> behind = {}) const {
@@ -51,6 +55,12 @@ class Resolver {
     behind.push_back(dependent.joint);
     Sum out{Vector::Zero(n), dependent.offset};
     for (const auto& [name, factor] : dependent.of) {
+      if (const auto other = std::ranges::find(names_, name);
+          other != names_.end() && follows_bar(static_cast<std::size_t>(other - names_.begin()))) {
+        throw InputError(who_of(dependent.joint) + "it follows \"" + name +
+                         "\", a passive joint of a four-bar linkage; only joints of which q is a sum are "
+                         "followed");
+      }
       const Sum other =
           sum(place_of(name, who_of(dependent.joint) + "it follows \"" + name + "\", which"), behind);
       out.factors += factor * other.factors;
@@ -74,6 +84,13 @@ class Resolver {
 };
 
 std::string written(const DependentJoint& dependent) {
+  if (dependent.four_bar) {
+    return "joint \"" + dependent.joint + "\" follows joint \"" + dependent.of.begin()->first +
+           "\" by a four-bar linkage of " + number(dependent.four_bar->ground, 4) + ", " +
+           number(dependent.four_bar->crank, 4) + ", " + number(dependent.four_bar->coupler, 4) + " and " +
+           number(dependent.four_bar->rocker, 4) + " m, which reaches from " +
+           number(dependent.four_bar->least, 4) + " to " + number(dependent.four_bar->most, 4) + " rad";
+  }
   std::string out = "joint \"" + dependent.joint + "\" follows others: q = " + number(dependent.offset, 6);
   for (const auto& [name, factor] : dependent.of) {
     out += (factor < 0.0 ? " - " : " + ") + number(std::abs(factor), 6) + " q of \"" + name + "\"";
@@ -111,7 +128,10 @@ Robot with_dependents(Robot robot, std::span<const DependentJoint> dependents) {
       continue;
     }
     const Resolver::Sum sum = resolver.sum(j);
-    Chain::Dependent dependent{.joint = all.joints[j].name, .link = all.joints[j].link, .offset = sum.offset};
+    Chain::Dependent dependent{.joint = all.joints[j].name,
+                               .link = all.joints[j].link,
+                               .offset = sum.offset,
+                               .four_bar = resolver.four_bar(j)};
     for (std::size_t k = 0; k < order.size(); ++k) {
       if (const double factor = sum.factors[static_cast<Index>(k)]; factor != 0.0) {
         dependent.terms.push_back({places[k], factor});
@@ -129,8 +149,8 @@ Robot with_dependents(Robot robot, std::span<const DependentJoint> dependents) {
 std::vector<DependentJoint> dependent_joints(const Robot& robot) {
   std::vector<DependentJoint> out;
   for (const Chain::Dependent& dependent : robot.chain.dependents) {
-    DependentJoint& joint =
-        out.emplace_back(DependentJoint{.joint = dependent.joint, .offset = dependent.offset});
+    DependentJoint& joint = out.emplace_back(
+        DependentJoint{.joint = dependent.joint, .offset = dependent.offset, .four_bar = dependent.four_bar});
     for (const auto& [k, factor] : dependent.terms) {
       joint.of[robot.joints[static_cast<std::size_t>(k)].name] += factor;
     }

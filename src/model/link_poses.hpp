@@ -20,8 +20,8 @@ struct LinkPose {
 inline void place_links(const Chain& chain, const Eigen::Ref<const Vector>& q, std::vector<LinkPose>& out) {
   if (!chain.dependents.empty()) {
     const LinkTree tree = link_tree(chain);
-    Vector all(std::ssize(tree.order));
-    tree.dependence.expand(q.data(), 1, 1, true, all.data());
+    Vector all(static_cast<Index>(tree.dependence.memory(1)));
+    tree.dependence.expand<double>({q.data(), nullptr, nullptr}, 1, all.data());
     std::vector<LinkPose> placed(tree.order.size());
     place_links(tree.chain, all, placed);
     for (std::size_t k = 0; k < placed.size(); ++k) {

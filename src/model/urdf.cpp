@@ -199,7 +199,12 @@ UrdfOptions same_part(const Robot& robot) {
 }
 
 Robot parse_urdf(std::string_view text, const std::string& source, const UrdfOptions& asked) {
-  const UrdfOptions options = with_base_joints(asked);
+  UrdfOptions options = with_base_joints(asked);
+  for (const FourBar& bar : options.four_bars) {
+    for (const std::string& joint : {bar.coupler, bar.rocker}) {
+      options.dependent.push_back({.joint = joint, .of = {{bar.crank, 1.0}}});
+    }
+  }
   if (options.floating && !options.base.empty()) {
     throw InputError(source + ": base is given for a floating base, which is the root of the tree");
   }
@@ -212,8 +217,8 @@ Robot parse_urdf(std::string_view text, const std::string& source, const UrdfOpt
   }
   Robot robot = [&] {
     try {
-      return with_dependents(robot_from(lumped_tree(kdl_tree(*model), checked), options.gravity),
-                             checked.dependent);
+      const Robot tree = robot_from(lumped_tree(kdl_tree(*model), checked), options.gravity);
+      return with_dependents(tree, with_four_bars(tree, options.four_bars, checked.dependent));
     } catch (const InputError& e) {
       throw InputError(source + ": " + e.what());
     }

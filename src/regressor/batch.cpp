@@ -164,7 +164,7 @@ void RegressorBatch::fill_folded(const detail::RegressorInput<double>& input, In
                                  std::span<const RowsTarget> targets, Index row,
                                  BatchWorkspace& workspace) const {
   double* const motion = workspace.folded_.data();
-  double* const values = motion + 3 * static_cast<Index>(plan().joints) * fold_samples;
+  double* const values = motion + columns_.dependence().memory(fold_samples);
   for (std::size_t e = 0; e < workspace.columns_.size(); ++e) {
     workspace.columns_[e] = values + static_cast<Index>(e) * fold_samples;
   }
@@ -175,9 +175,9 @@ void RegressorBatch::fill_folded(const detail::RegressorInput<double>& input, In
       const RowsTarget& target = targets[folded.to.joint];
       double* const out = target.data + folded.to.column * target.ld + row + first;
       std::fill_n(out, some, 0.0);
-      for (const auto& [e, factor] : folded.terms) {
+      for (const auto& [e, term] : folded.terms) {
         for (Index k = 0; k < some; ++k) {
-          out[k] += factor * workspace.columns_[e][k];
+          out[k] += columns_.dependence().slope(term, some, k, motion) * workspace.columns_[e][k];
         }
       }
     }
@@ -225,7 +225,7 @@ BatchWorkspace::BatchWorkspace(const RegressorBatch& batch)
   const std::size_t input = 3 * batch.plan().joints * lanes;
   tail_ = detail::aligned_doubles(input + tail_columns_.size() * lanes);
   if (!batch.columns_.dependence().empty()) {
-    folded_.resize((3 * batch.plan().joints + columns_.size()) * fold_samples);
+    folded_.resize(batch.columns_.dependence().memory(fold_samples) + columns_.size() * fold_samples);
   }
   for (std::size_t e = 0; e < tail_columns_.size(); ++e) {
     tail_columns_[e] = tail_.get() + input + e * lanes;

@@ -176,8 +176,11 @@ Json joints(const Robot& robot) {
 Json dependents(const Robot& robot) {
   const std::vector<DependentJoint> all = dependent_joints(robot);
   return json_list(places(all.size()), [&](std::size_t k) {
-    return joint_members(robot, robot.joints.size() + k, all[k].joint,
-                         {{"of", all[k].of}, {"offset", all[k].offset}});
+    Json follows = {{"of", all[k].of}, {"offset", all[k].offset}};
+    if (all[k].four_bar) {
+      follows["four_bar"] = json_of(*all[k].four_bar);
+    }
+    return joint_members(robot, robot.joints.size() + k, all[k].joint, follows);
   });
 }
 

@@ -177,6 +177,7 @@ std::map<std::string, KeyTable> key_tables() {
   out["robot"].add<Robot>(robot_keys).add<Joint>();
   out["robot.joints"].add<Joint>(Joint::a_priori()).add<Joint>(Joint::twin());
   out["robot.dependent"].add<DependentJoint>();
+  out["robot.four_bar"].add<FourBar>();
   out["robot.coupling"].add<Coupling>().add<Coupling>(Coupling::a_priori());
   out["log"].add<LogSource>();
   out["log.column"].add<rivid::Column>();

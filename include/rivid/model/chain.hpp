@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "rivid/error.hpp"
+#include "rivid/model/linkage.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/text.hpp"
 
@@ -37,6 +39,8 @@ struct Chain {
   /// A joint that follows others, as a mimic joint or a passive one of a parallelogram that has been cut:
   ///
   ///   q = offset + Σ_k factor_k q_k
+  ///
+  /// or as one of a four-bar linkage follows its crank, the only term.
   struct Dependent {
     struct Term {
       int joint = 0;        ///< k, counted from 0, one of the n joints
@@ -46,6 +50,7 @@ struct Chain {
     std::string link;   ///< that it moves
     std::vector<Term> terms = {};
     double offset = 0.0;  ///< [rad | m]
+    std::optional<FourBarAngle> four_bar = {};
   };
 
   std::vector<Link> links;  ///< links 1…n, base to tip; of a tree, depth first; then those of `dependents`
@@ -56,6 +61,19 @@ struct Chain {
   std::vector<int> parents;
   std::vector<Dependent> dependents;  ///< joints that follow others, of the last links
 
+  /// Turns positions between −π and π into such that all linkages reach.
+  ///
+  /// @param q  (n), or as many columns
+  template <typename Positions>
+  void into_reach(Positions&& q) const {
+    for (const Dependent& dependent : dependents) {
+      if (const auto& bar = dependent.four_bar) {
+        auto&& of_crank = q(dependent.terms.front().joint);
+        of_crank =
+            0.5 * (bar->least + bar->most) + of_crank * (0.5 * (bar->most - bar->least) / std::numbers::pi);
+      }
+    }
+  }
   /// n, without dependent ones.
   [[nodiscard]] Index joints() const { return std::ssize(links) - std::ssize(dependents); }
   /// The link that carries link j, −1 for the base.
@@ -98,46 +116,99 @@ struct InertialColumn {
 
 namespace detail {
 
-// q_all = G q + q0 of all links' joints, and by the balance of power τ = Gᵀ τ_all.
+// Motion of joints, values of some samples; those of a joint lie a stride apart from the next one's. Null: zero.
+template <typename Value>
+struct JointMotion {
+  const Value* q;
+  const Value* qd;
+  const Value* qdd;
+  std::ptrdiff_t q_stride = 1;
+  std::ptrdiff_t qd_stride = 1;
+  std::ptrdiff_t qdd_stride = 1;
+};
+
+// q_all = g(q) of all links' joints, of which each is a sum or follows a linkage, and by the balance of power
+// τ = Gᵀ τ_all with the slopes G = ∂g/∂q.
 struct Dependence {
   struct Term {
     int link = 0;  // its place in LinkTree::chain
     int joint = 0;
     double factor = 1.0;
+    int four_bar = -1;  // place among these
   };
-  std::vector<Term> terms;      // of G, ascending by link; empty: each joint is independent
-  std::vector<double> offsets;  // q0, (links); empty like the terms
+  std::vector<Term> terms;              // of G, ascending by link; empty: each joint is independent
+  std::vector<double> offsets;          // g(0) of sums, (links); empty like the terms
+  std::vector<FourBarAngle> four_bars;  // where G depends on q
 
   [[nodiscard]] bool empty() const noexcept { return terms.empty(); }
+  [[nodiscard]] bool bends() const noexcept { return !four_bars.empty(); }
 
-  // Values of all links' joints from those of the robot's joints, of some samples; columns of x lie `stride`
-  // apart.
-  //
-  // all  (count × links)
+  // Values that expand() writes: q, q̇, q̈ of all links' joints, (count × links) each, and G, (count × terms).
+  [[nodiscard]] std::size_t memory(std::size_t count) const noexcept {
+    return (3 * offsets.size() + (bends() ? terms.size() : 0)) * count;
+  }
   template <typename Value>
-  void expand(const Value* x, std::ptrdiff_t stride, std::ptrdiff_t count, bool positions,
-              Value* all) const noexcept {
-    for (std::size_t j = 0; j < offsets.size(); ++j) {
-      for (std::ptrdiff_t k = 0; k < count; ++k) {
-        *all++ = Value(positions ? offsets[j] : 0.0);
-      }
+  void expand(const JointMotion<Value>& in, std::ptrdiff_t count, Value* all) const noexcept {
+    const std::ptrdiff_t size = std::ssize(offsets) * count;
+    const std::array<const Value*, 3> from = {in.q, in.qd, in.qdd};
+    const std::array<std::ptrdiff_t, 3> strides = {in.q_stride, in.qd_stride, in.qdd_stride};
+    for (std::ptrdiff_t j = 0; j < std::ssize(offsets); ++j) {
+      std::fill_n(all + j * count, count, Value(offsets[static_cast<std::size_t>(j)]));
     }
-    all -= std::ssize(offsets) * count;
+    std::fill_n(all + size, 2 * size, Value(0.0));
+    Value* slopes = all + 3 * size;
     for (const Term& term : terms) {
-      for (std::ptrdiff_t k = 0; k < count; ++k) {
-        Value& sum = all[term.link * count + k];
-        sum = sum + Value(term.factor) * x[term.joint * stride + k];
+      if (term.four_bar >= 0) {
+        follow(term, in, count, all, slopes);
+      } else {
+        for (std::size_t part = 0; part < 3 && from[part] != nullptr; ++part) {
+          for (std::ptrdiff_t k = 0; k < count; ++k) {
+            Value& sum = all[static_cast<std::ptrdiff_t>(part) * size + term.link * count + k];
+            sum = sum + Value(term.factor) * from[part][term.joint * strides[part] + k];
+          }
+        }
+        std::fill_n(slopes, bends() ? count : 0, Value(term.factor));
       }
+      slopes += bends() ? count : 0;
     }
   }
-  // tau = Gᵀ all, (joints), of one sample.
+  // Of a sample, G of a term after expand(… , count, all).
   template <typename Value>
-  void fold(const Value* all, std::size_t joints, Value* tau) const noexcept {
+  [[nodiscard]] Value slope(std::size_t term, std::ptrdiff_t count, std::ptrdiff_t sample,
+                            const Value* all) const noexcept {
+    return bends() ? all[(3 * std::ssize(offsets) + static_cast<std::ptrdiff_t>(term)) * count + sample]
+                   : Value(terms[term].factor);
+  }
+  // tau = Gᵀ of_links, (joints), of one sample; `all` as expand() wrote it.
+  template <typename Value>
+  void fold(const Value* of_links, std::size_t joints, const Value* all, Value* tau) const noexcept {
     for (std::size_t j = 0; j < joints; ++j) {
       tau[j] = Value(0.0);
     }
-    for (const Term& term : terms) {
-      tau[term.joint] = tau[term.joint] + Value(term.factor) * all[term.link];
+    for (std::size_t t = 0; t < terms.size(); ++t) {
+      tau[terms[t].joint] = tau[terms[t].joint] + slope(t, 1, 0, all) * of_links[terms[t].link];
+    }
+  }
+
+ private:
+  template <typename Value>
+  void follow(const Term& term, const JointMotion<Value>& in, std::ptrdiff_t count, Value* all,
+              Value* slopes) const noexcept {
+    const std::ptrdiff_t size = std::ssize(offsets) * count;
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+      const auto [x, slope, curvature] =
+          four_bars[static_cast<std::size_t>(term.four_bar)].at(in.q[term.joint * in.q_stride + k]);
+      Value* const link = all + term.link * count + k;
+      link[0] = link[0] + x;
+      if (in.qd != nullptr) {
+        const Value speed = in.qd[term.joint * in.qd_stride + k];
+        link[size] = slope * speed;
+        link[2 * size] = curvature * speed * speed;
+      }
+      if (in.qdd != nullptr) {
+        link[2 * size] = link[2 * size] + slope * in.qdd[term.joint * in.qdd_stride + k];
+      }
+      slopes[k] = slope;
     }
   }
 };
@@ -307,6 +378,9 @@ inline std::optional<std::string> dependence_complaint(const Chain& chain) {
     if (dependent.terms.empty() || !std::isfinite(dependent.offset)) {
       return who + (dependent.terms.empty() ? "it follows no joint" : "its offset is not finite");
     }
+    if (dependent.four_bar && (dependent.terms.size() != 1 || dependent.terms.front().factor != 1.0)) {
+      return who + "in a four-bar linkage it follows the crank alone";
+    }
     for (const Chain::Dependent::Term& term : dependent.terms) {
       if (term.joint < 0 || term.joint >= n) {
         return who + "it follows joint " + std::to_string(term.joint + 1) + " of " + std::to_string(n);
@@ -372,10 +446,15 @@ RIVID_INLINE LinkTree link_tree(const Chain& chain) {
       out.dependence.offsets.push_back(0.0);
       continue;
     }
-    for (const auto& [joint, factor] : chain.dependents[j - n].terms) {
+    const Chain::Dependent& dependent = chain.dependents[j - n];
+    for (const auto& [joint, factor] : dependent.terms) {
       out.dependence.terms.push_back({place, joint, factor});
     }
-    out.dependence.offsets.push_back(chain.dependents[j - n].offset);
+    if (dependent.four_bar) {
+      out.dependence.terms.back().four_bar = static_cast<int>(out.dependence.four_bars.size());
+      out.dependence.four_bars.push_back(*dependent.four_bar);
+    }
+    out.dependence.offsets.push_back(dependent.offset);
   }
   return out;
 }

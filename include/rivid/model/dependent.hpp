@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ struct DependentJoint {
   std::string joint;
   std::map<std::string, double> of = {};  ///< factors by the names of the joints that it follows
   double offset = 0.0;                    ///< [rad | m]
+  /// How it follows the only joint of `of` where the two are of a four-bar linkage, see with_four_bars().
+  std::optional<FourBarAngle> four_bar = {};
 
   template <typename D = DependentJoint>
   static constexpr auto fields() {
@@ -34,6 +37,39 @@ struct DependentJoint {
         Field{"offset", &D::offset, "position where the others are at 0", {.unit = "rad or m"}});
   }
 };
+
+/// A planar four-bar linkage that the tree of the robot has cut at the axis between coupler and rocker. Lengths
+/// and angles are those of the description: the crank turns the joint `crank`, the coupler hangs on the crank, and
+/// the rocker on what carries the crank. The passive joints of coupler and rocker follow the crank.
+struct FourBar {
+  std::string crank, coupler, rocker;            ///< joints, revolute, of parallel axes
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< closing point in the frame of the rocker's link [m]
+
+  template <typename B = FourBar>
+  static constexpr auto fields() {
+    constexpr std::string_view named =
+        "must name crank, coupler, rocker and at: { crank = \"joint_2\", coupler = \"link_a\", rocker = "
+        "\"link_b\", at = [0.1, 0, 0] }";
+    return std::tuple(
+        Field{"crank", &B::crank, "driven joint", {.required = named}},
+        Field{"coupler", &B::coupler, "passive joint that hangs on the crank", {.required = named}},
+        Field{"rocker", &B::rocker, "passive joint beside the crank", {.required = named}},
+        Field{"at",
+              &B::at,
+              "where coupler and rocker are joined, with all joints at 0, in the frame of the rocker's link",
+              {.unit = "m", .required = named}});
+  }
+};
+
+/// The passive joints of linkages, of which `dependents` may name some, as joints that follow their cranks.
+///
+/// @param robot  before with_dependents()
+/// @throws InputError  a joint that is none of the robot, is not revolute or out of place; axes that are not
+///                     parallel; a linkage that can not be closed where its crank's joint is at 0, or is stretched
+///                     there
+[[nodiscard]] std::vector<DependentJoint> with_four_bars(const Robot& robot,
+                                                         std::span<const FourBar> four_bars,
+                                                         std::vector<DependentJoint> dependents = {});
 
 /// The same robot with these joints as Chain::dependents: its joints are the others, and torques,
 /// positions and options are of these alone. One that follows a dependent joint follows what that one follows.

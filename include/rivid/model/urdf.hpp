@@ -23,6 +23,7 @@ struct UrdfOptions {
   bool followers = true;  ///< whether joints that follow those of `moving` need not be named
   /// Joints that follow others beside the mimic joints of the file, or in place of what it says of these.
   std::vector<DependentJoint> dependent = {};
+  std::vector<FourBar> four_bars = {};  ///< whose passive joints follow their cranks
   Eigen::Vector3d gravity = {0.0, 0.0,
                              -9.80665};  ///< acceleration of free fall in the base link's frame [m/s²]
 };

@@ -87,6 +87,9 @@ class Fingerprint {
         for (const auto& [joint, factor] : dependent.terms) {
           add(of(joint, factor));
         }
+        if (const auto& bar = dependent.four_bar) {
+          add(of(bar->ground, bar->crank, bar->coupler, bar->rocker, bar->crank_angle, bar->zero));
+        }
       }
     } else {
       for (const auto& each : value) {

@@ -56,6 +56,7 @@ inline Matrix random_regressor(const Robot& robot, const BaseParametersOptions& 
       qd[j] = 3.0 * symmetric(random);
       qdd[j] = 10.0 * symmetric(random);
     }
+    robot.chain.into_reach([&](int j) -> double& { return q[static_cast<std::size_t>(j)]; });
     columns.rows(State<double>{q, qd, qdd}, workspace, [&](std::size_t i, Index column, double value) {
       W(k * robot.size() + static_cast<Index>(i), columns.of_joint(i)[static_cast<std::size_t>(column)]) =
           value;

@@ -105,10 +105,11 @@ class RegressorColumns {
   /// @throws InputError where a parameter occurs twice, or is none of this robot
   RegressorColumns(const Robot& robot, std::span<const StandardParameter> parameters);
 
-  /// An entry of a joint's row where joints depend on others: factors of values of the kernel.
+  /// An entry of a joint's row where joints depend on others: values of the kernel, each with the term of
+  /// dependence() whose slope multiplies it.
   struct FoldedEntry {
     Entry to;
-    std::vector<std::pair<std::size_t, double>> terms;
+    std::vector<std::pair<std::size_t, std::size_t>> terms;
   };
 
   [[nodiscard]] Index size() const { return size_; }
@@ -173,8 +174,8 @@ class RegressorColumns {
     }
     for (const FoldedEntry& folded : folded_) {
       Scalar sum(0.0);
-      for (const auto& [e, factor] : folded.terms) {
-        sum = sum + Scalar(factor) * workspace.values_[e];
+      for (const auto& [e, term] : folded.terms) {
+        sum = sum + dependence_.slope<Scalar>(term, 1, 0, workspace.motion_.data()) * workspace.values_[e];
       }
       put(folded.to.joint, folded.to.column, sum);
     }
@@ -185,17 +186,17 @@ class RegressorColumns {
     }
   }
 
-  /// Motion of all links' joints, q_all = G q + q0, where joints depend on others.
+  /// Motion of all links' joints where joints depend on others.
   ///
   /// @param first, count  samples of the input
-  /// @param memory        (3 × plan().joints × count), which the result lies in
+  /// @param memory        (dependence().memory(count)), which the result lies in
   template <typename Value>
   detail::RegressorInput<Value> expanded(const detail::RegressorInput<Value>& input, std::ptrdiff_t first,
                                          std::ptrdiff_t count, Value* memory) const {
     const auto size = static_cast<std::ptrdiff_t>(links_.size()) * count;
-    dependence_.expand(input.q + first, input.q_stride, count, true, memory);
-    dependence_.expand(input.qd + first, input.qd_stride, count, false, memory + size);
-    dependence_.expand(input.qdd + first, input.qdd_stride, count, false, memory + 2 * size);
+    dependence_.expand<Value>({input.q + first, input.qd + first, input.qdd + first, input.q_stride,
+                               input.qd_stride, input.qdd_stride},
+                              count, memory);
     return {memory, memory + size, memory + 2 * size, count, count, count};
   }
 
@@ -224,7 +225,7 @@ class RegressorWorkspace {
         angles_(columns.plan().joints),
         forks_(columns.plan().forks),
         fork_screws_(forks_.size() * columns.plan().joints),
-        motion_(!columns.dependence().empty() ? 3 * columns.plan().joints : 0),
+        motion_(columns.dependence().memory(1)),
         values_(columns.entries().size()) {
     for (Scalar& value : values_) {
       places_.push_back(&value);
@@ -342,13 +343,14 @@ RIVID_INLINE void RegressorColumns::add_coupled(const Robot& robot, const Coupli
 RIVID_INLINE void RegressorColumns::fold(const Robot& robot, std::span<const std::size_t> places) {
   const std::vector<std::vector<Index>> of_links =
       std::exchange(columns_, std::vector<std::vector<Index>>(robot.joints.size()));
-  std::map<std::pair<std::size_t, Index>, std::vector<std::pair<std::size_t, double>>> felt;
+  std::map<std::pair<std::size_t, Index>, std::vector<std::pair<std::size_t, std::size_t>>> felt;
   for (std::size_t e = 0; e < entries_.size(); ++e) {
     const auto [link, column] = entries_[e];
-    for (const detail::Dependence::Term& term : dependence_.terms) {
-      if (static_cast<std::size_t>(term.link) == link) {
-        felt[{static_cast<std::size_t>(term.joint), of_links[link][static_cast<std::size_t>(column)]}]
-            .emplace_back(e, term.factor);
+    for (std::size_t t = 0; t < dependence_.terms.size(); ++t) {
+      if (static_cast<std::size_t>(dependence_.terms[t].link) == link) {
+        felt[{static_cast<std::size_t>(dependence_.terms[t].joint),
+              of_links[link][static_cast<std::size_t>(column)]}]
+            .emplace_back(e, t);
       }
     }
   }

@@ -288,22 +288,35 @@ Dynamics<Scalar>::Dynamics(const ModelData& model)
       L_(n_ * stride_, Scalar(0)),
       inverse_D_(n_, Scalar(0)),
       N_(n_, Scalar(0)),
-      of_links_(tables_.dependence.empty() ? 0 : links_ * (3 + stride_), Scalar(0)) {}
+      of_links_(tables_.dependence.empty() ? 0 : tables_.dependence.memory(1) + links_ * (1 + stride_),
+                Scalar(0)) {}
 
-// M = Gᵀ M_all G and N = Gᵀ N_all.
+// M = Gᵀ M_all G and N = Gᵀ (N_all + M_all Ġ q̇).
 template <typename Scalar>
 void Dynamics<Scalar>::fold() {
-  const Scalar* const all = of_links_.data() + 2 * links_;
-  tables_.dependence.fold(all + links_ * stride_, n_, N_.data());
+  const detail::Dependence& dependence = tables_.dependence;
+  const Scalar* const all = of_links_.data();
+  const Scalar* const mass = all + dependence.memory(1);
+  const auto mass_at = [&](int a, int b) {
+    return mass[(links_ - 1 - static_cast<std::size_t>(std::min(a, b))) * stride_ + links_ - 1 -
+                static_cast<std::size_t>(std::max(a, b))];
+  };
+  Scalar* const bias = of_links_.data() + dependence.memory(1) + links_ * stride_;
+  for (int a = 0; dependence.bends() && a < static_cast<int>(links_); ++a) {
+    for (int b = 0; b < static_cast<int>(links_); ++b) {
+      bias[a] = bias[a] + mass_at(a, b) * all[2 * links_ + static_cast<std::size_t>(b)];
+    }
+  }
+  dependence.fold<Scalar>(bias, n_, all, N_.data());
   std::ranges::fill(M_, Scalar(0.0));
-  for (const detail::Dependence::Term& a : tables_.dependence.terms) {
-    for (const detail::Dependence::Term& b : tables_.dependence.terms) {
+  for (std::size_t s = 0; s < dependence.terms.size(); ++s) {
+    for (std::size_t t = 0; t < dependence.terms.size(); ++t) {
+      const detail::Dependence::Term& a = dependence.terms[s];
+      const detail::Dependence::Term& b = dependence.terms[t];
       if (a.joint <= b.joint) {
-        const auto row = links_ - 1 - static_cast<std::size_t>(std::min(a.link, b.link));
-        const auto column = links_ - 1 - static_cast<std::size_t>(std::max(a.link, b.link));
         Scalar& sum = M_[(n_ - 1 - static_cast<std::size_t>(a.joint)) * stride_ + n_ - 1 -
                          static_cast<std::size_t>(b.joint)];
-        sum = sum + Scalar(a.factor * b.factor) * all[row * stride_ + column];
+        sum = sum + dependence.slope(s, 1, 0, all) * dependence.slope(t, 1, 0, all) * mass_at(a.link, b.link);
       }
     }
   }
@@ -318,10 +331,9 @@ bool Dynamics<Scalar>::set_state(std::span<const Scalar> q, std::span<const Scal
     detail::mass_and_bias(tables_.plan(), q.data(), qd.data(), scratch, M_.data(), N_.data());
   } else {
     Scalar* const all = of_links_.data();
-    tables_.dependence.expand(q.data(), 1, 1, true, all);
-    tables_.dependence.expand(qd.data(), 1, 1, false, all + links_);
-    detail::mass_and_bias(tables_.plan(), all, all + links_, scratch, all + 2 * links_,
-                          all + (2 + stride_) * links_);
+    tables_.dependence.expand<Scalar>({q.data(), qd.data(), nullptr}, 1, all);
+    Scalar* const mass = all + tables_.dependence.memory(1);
+    detail::mass_and_bias(tables_.plan(), all, all + links_, scratch, mass, mass + stride_ * links_);
     fold();
   }
   if (detail::factor(n_, stride_, M_.data(), L_.data(), inverse_D_.data(), wrenches_.data())) {

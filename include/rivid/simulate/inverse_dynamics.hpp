@@ -107,14 +107,14 @@ class BasicInverseDynamics {
 
   // M q̈ + N without rotors; q̈ = 0 where qdd is null.
   void newton_euler(const Scalar* q, const Scalar* qd, const Scalar* qdd, Scalar* tau) noexcept;
-  // Values of all links' joints where joints depend on others, in part `part` of the scratch.
-  [[nodiscard]] const Scalar* of_links(const Scalar* x, Index part) noexcept {
-    if (of_links_.empty() || x == nullptr) {
-      return x;
+  // Motion of all links' joints where joints depend on others.
+  [[nodiscard]] detail::JointMotion<Scalar> of_links(detail::JointMotion<Scalar> motion) noexcept {
+    if (of_links_.empty()) {
+      return motion;
     }
-    Scalar* const out = of_links_.data() + part * std::ssize(wrenches_);
-    frames_.dependence().expand(x, 1, 1, part == 0, out);
-    return out;
+    frames_.dependence().expand(motion, 1, of_links_.data());
+    const Scalar* const all = of_links_.data();
+    return {all, all + frames_.size(), all + 2 * frames_.size()};
   }
   // From the wrenches of the links to the torques of the joints.
   void sum_up(Scalar* tau) noexcept;
@@ -127,7 +127,8 @@ class BasicInverseDynamics {
   Dynamics<Scalar> dynamics_;           // for M
   std::vector<Wrench> wrenches_;        // of the links
   std::vector<detail::ForkState<Scalar>> forks_;
-  std::vector<Scalar> of_links_;    // where joints depend on others: q, q̇ and q̈ of all links
+  std::vector<Scalar>
+      of_links_;  // where joints depend on others: their motion, of all links; q is lost to the torques
   Eigen::VectorX<Scalar> at_rest_;  // zeros
   Eigen::VectorX<Scalar> scratch_;
   Eigen::VectorX<Scalar> q_;  // arguments without traces
@@ -271,7 +272,7 @@ BasicInverseDynamics<Scalar>::BasicInverseDynamics(const ModelData& model,
       dynamics_(model),
       wrenches_(frames_.size()),
       forks_(frames_.forks()),
-      of_links_(frames_.dependence().empty() ? 0 : 3 * frames_.size(), Scalar(0.0)),
+      of_links_(frames_.dependence().empty() ? 0 : frames_.dependence().memory(1), Scalar(0.0)),
       at_rest_(Eigen::VectorX<Scalar>::Zero(model.size())),
       scratch_(Eigen::VectorX<Scalar>::Zero(model.size())),
       q_(scratch_),
@@ -296,9 +297,10 @@ auto BasicInverseDynamics<Scalar>::wrench(const Link& link, const Motion3& m, co
 template <typename Scalar>
 void BasicInverseDynamics<Scalar>::newton_euler(const Scalar* q, const Scalar* qd, const Scalar* qdd,
                                                 Scalar* tau) noexcept {
-  q = of_links(q, 0);
-  qd = of_links(qd, 1);
-  qdd = of_links(qdd, 2);
+  const detail::JointMotion<Scalar> motion = of_links({q, qd, qdd});
+  q = motion.q;
+  qd = motion.qd;
+  qdd = motion.qdd;
   frames_.set(q);
   const Scalar zero(0.0);
   const Vec3 none = {zero, zero, zero};
@@ -348,7 +350,7 @@ void BasicInverseDynamics<Scalar>::sum_up(Scalar* tau) noexcept {
     }
   }
   if (!independent) {
-    frames_.dependence().fold(torques, static_cast<std::size_t>(size()), tau);
+    frames_.dependence().fold(torques, static_cast<std::size_t>(size()), torques, tau);
   }
 }
 
@@ -390,7 +392,7 @@ void BasicInverseDynamics<Scalar>::gravity(const Values& q, Result tau) noexcept
   if (!fits(tau, q.size())) {
     return;
   }
-  frames_.set(of_links(without_traces(q, q_).data(), 0));
+  frames_.set(of_links({without_traces(q, q_).data(), nullptr, nullptr}).q);
   Vec3 accel = {Scalar(0.0), Scalar(0.0), Scalar(0.0)};
   for (std::size_t j = 0; j < frames_.size(); ++j) {
     const Link& link = frames_.link(j);

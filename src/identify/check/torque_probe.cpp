@@ -532,7 +532,10 @@ Matrix TorqueProbe::inertias(const Vector& chi) const {
   const Index n = robot_.size();
   std::mt19937_64 random(probe_seed);
   std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
-  const Matrix q = Matrix::NullaryExpr(poses, n, [&]() { return turn(random); });
+  Matrix q = Matrix::NullaryExpr(poses, n, [&]() { return turn(random); });
+  for (Index k = 0; k < poses; ++k) {
+    robot_.chain.into_reach([&](int j) -> double& { return q(k, j); });
+  }
   // At rest, and with each joint accelerated alone, one after the other.
   Motion motion{q.replicate(n + 1, 1), Matrix::Zero((n + 1) * poses, n), Matrix::Zero((n + 1) * poses, n)};
   for (Index k = 0; k < n; ++k) {

@@ -50,7 +50,10 @@ Ways ways(const Robot& robot, const BaseParameters& base) {
   const Index n = robot.size();
   std::mt19937_64 random(pose_seed);
   std::uniform_real_distribution<double> turn(-std::numbers::pi, std::numbers::pi);
-  const Matrix q = Matrix::NullaryExpr(random_poses, n, [&]() { return turn(random); });
+  Matrix q = Matrix::NullaryExpr(random_poses, n, [&]() { return turn(random); });
+  for (Index k = 0; k < random_poses; ++k) {
+    robot.chain.into_reach([&](int j) -> double& { return q(k, j); });
+  }
   const Matrix none = Matrix::Zero(random_poses, n);
   Robot weightless = robot;
   weightless.chain.gravity.setZero();

@@ -1,0 +1,150 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <tuple>
+#include <type_traits>
+
+#include "rivid/fields.hpp"
+
+namespace rivid {
+
+/// How a passive joint of a planar four-bar linkage follows the joint of its crank, in closed form [Norton,
+/// Design of Machinery, 4.5, 6.7, 7.3]. Angles are about the axis of the crank's joint, from the line that
+/// leads from the crank's axis to the rocker's.
+struct FourBarAngle {
+  double ground = 0.0;       ///< distance of the crank's axis to the rocker's [m]
+  double crank = 0.0;        ///< of the crank's axis to the coupler's [m]
+  double coupler = 0.0;      ///< of the coupler's axis to the closing point [m]
+  double rocker = 0.0;       ///< of the rocker's axis to the closing point [m]
+  double crank_angle = 0.0;  ///< of the crank where its joint is at 0 [rad]
+  double zero = 0.0;         ///< of the joint's link where the joint and the crank's are at 0 [rad]
+  double least = 0.0;        ///< positions of the crank's joint that the linkage reaches [rad]
+  double most = 0.0;
+  bool mirrored = false;   ///< whether the coupler turns clockwise to the rocker
+  bool of_rocker = false;  ///< the joint is the rocker's, else the coupler's
+  bool reversed = false;   ///< whether the joint's axis is opposite to the crank's
+  bool turns = false;      ///< whether rocker and coupler go round with the crank
+
+  template <typename A = FourBarAngle>
+  static constexpr auto fields() {
+    return std::tuple(Field{"ground", &A::ground, ""}, Field{"crank", &A::crank, ""},
+                      Field{"coupler", &A::coupler, ""}, Field{"rocker", &A::rocker, ""},
+                      Field{"crank_angle", &A::crank_angle, ""}, Field{"zero", &A::zero, ""},
+                      Field{"least", &A::least, ""}, Field{"most", &A::most, ""},
+                      Field{"mirrored", &A::mirrored, ""}, Field{"of_rocker", &A::of_rocker, ""},
+                      Field{"reversed", &A::reversed, ""}, Field{"turns", &A::turns, ""});
+  }
+
+  bool operator==(const FourBarAngle&) const = default;
+
+  /// Position of the joint, and its first and second derivative by that of the crank's; no numbers where the
+  /// linkage can not be closed.
+  ///
+  /// @param q  position of the crank's joint [rad]
+  template <typename Scalar>
+  [[nodiscard]] std::array<Scalar, 3> at(const Scalar& q) const;
+
+ private:
+  template <typename Scalar>
+  [[nodiscard]] std::array<Scalar, 3> of_one(const Scalar& q) const;
+};
+
+namespace detail {
+
+template <typename Scalar>
+struct Planar {
+  Scalar x, y;
+
+  friend Planar operator-(const Planar& a, const Planar& b) { return {a.x - b.x, a.y - b.y}; }
+  [[nodiscard]] Planar times(const Scalar& k) const { return {k * x, k * y}; }
+  [[nodiscard]] Planar turned(const Scalar& c, const Scalar& s) const {
+    return {x * c - y * s, x * s + y * c};
+  }
+};
+template <typename Scalar>
+Scalar dot(const Planar<Scalar>& a, const Planar<Scalar>& b) {
+  return a.x * b.x + a.y * b.y;
+}
+template <typename Scalar>
+Scalar cross(const Planar<Scalar>& a, const Planar<Scalar>& b) {
+  return a.x * b.y - a.y * b.x;
+}
+
+// A number without its derivatives or imaginary part.
+template <typename Scalar>
+double plain_value(const Scalar& x) {
+  if constexpr (std::is_convertible_v<Scalar, double>) {
+    return static_cast<double>(x);
+  } else if constexpr (requires { x.real(); }) {
+    return x.real();
+  } else {
+    return x.value();
+  }
+}
+
+// Angle of a unit vector, with the derivatives of its components.
+template <typename Scalar>
+Scalar angle_of(const Planar<Scalar>& u) {
+  const double plain = std::atan2(plain_value(u.y), plain_value(u.x));
+  return Scalar(plain) + u.y * Scalar(std::cos(plain)) - u.x * Scalar(std::sin(plain));
+}
+
+}  // namespace detail
+
+template <typename Scalar>
+std::array<Scalar, 3> FourBarAngle::at(const Scalar& q) const {
+  if constexpr (requires { Scalar::lanes; }) {
+    std::array<std::array<double, Scalar::lanes>, 3> each;
+    for (int lane = 0; lane < Scalar::lanes; ++lane) {
+      const std::array<double, 3> one = at(q[lane]);
+      for (std::size_t k = 0; k < one.size(); ++k) {
+        each[k][static_cast<std::size_t>(lane)] = one[k];
+      }
+    }
+    return {Scalar::load(each[0].data()), Scalar::load(each[1].data()), Scalar::load(each[2].data())};
+  } else {
+    return of_one(q);
+  }
+}
+
+template <typename Scalar>
+std::array<Scalar, 3> FourBarAngle::of_one(const Scalar& q) const {
+  using detail::cross;
+  using detail::dot;
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  using Vector = detail::Planar<Scalar>;
+  const Scalar a(crank);
+  const Scalar b(coupler);
+  const Scalar c(rocker);
+  const Scalar angle = q + Scalar(crank_angle);
+  const Vector u2 = {cos(angle), sin(angle)};
+  // From the rocker's axis to the coupler's; the rocker turns from there to the closing point.
+  const Vector r = u2.times(a) - Vector{Scalar(ground), Scalar(0.0)};
+  const Scalar length = sqrt(dot(r, r));
+  const Scalar cosine = (dot(r, r) + c * c - b * b) / (Scalar(2.0) * length * c);
+  const Scalar sine = sqrt(Scalar(Scalar(1.0) - cosine * cosine));
+  const Vector u4 = r.turned(cosine, mirrored ? sine : Scalar(-sine)).times(Scalar(1.0) / length);
+  const Vector u3 = (u4.times(c) - r).times(Scalar(1.0) / b);
+  const Scalar s34 = cross(u3, u4);
+  const Scalar c34 = dot(u3, u4);
+  const Scalar w3 = a * cross(u4, u2) / (b * s34);
+  const Scalar w4 = a * cross(u3, u2) / (c * s34);
+  const Scalar e3 = (a * dot(u4, u2) + b * w3 * w3 * c34 - c * w4 * w4) / (b * s34);
+  const Scalar e4 = (a * dot(u3, u2) + b * w3 * w3 - c * w4 * w4 * c34) / (c * s34);
+  const Scalar from = turns ? Scalar(q + Scalar(zero)) : Scalar(zero);
+  const Scalar way = detail::angle_of((of_rocker ? u4 : u3).turned(cos(from), Scalar(-sin(from))));
+  Scalar x = turns ? Scalar(way + q) : way;
+  Scalar slope = of_rocker ? w4 : w3;
+  if (!of_rocker) {
+    x = x - q;
+    slope = slope - Scalar(1.0);
+  }
+  const Scalar sign(reversed ? -1.0 : 1.0);
+  return {sign * x, sign * slope, sign * (of_rocker ? e4 : e3)};
+}
+
+}  // namespace rivid

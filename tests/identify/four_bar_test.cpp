@@ -1,0 +1,82 @@
+// Identification of a robot with a four-bar linkage: planted friction, rotors and bodies within their intervals.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "rivid/identify/identify.hpp"
+#include "rivid/model/dependent.hpp"
+#include "rivid/model/urdf.hpp"
+#include "rivid/regressor/batch.hpp"
+#include "support/robots.hpp"
+
+namespace rivid {
+namespace {
+
+constexpr const char* linkage = R"(<robot name="linkage">
+<link name="base"/>
+<joint name="crank" type="revolute"><parent link="base"/><child link="crank_link"/><axis xyz="0 1 0"/>
+  <limit lower="-2" upper="2" effort="9" velocity="9"/></joint>
+<link name="crank_link"><inertial><origin xyz="0.1 0.01 0.15"/><mass value="2"/>
+  <inertia ixx="0.02" iyy="0.03" izz="0.01" ixy="0" ixz="0.002" iyz="0"/></inertial></link>
+<joint name="coupler" type="continuous"><parent link="crank_link"/><child link="coupler_link"/>
+  <origin xyz="0.1 0 0.3"/><axis xyz="0 1 0"/></joint>
+<link name="coupler_link"><inertial><origin xyz="0.2 0 0.05"/><mass value="1.5"/>
+  <inertia ixx="0.01" iyy="0.04" izz="0.03" ixy="0" ixz="0" iyz="0.001"/></inertial></link>
+<joint name="rocker" type="continuous"><parent link="base"/><child link="rocker_link"/>
+  <origin xyz="0.5 0 0.02"/><axis xyz="0 -1 0"/></joint>
+<link name="rocker_link"><inertial><origin xyz="0.02 0 0.2"/><mass value="1"/>
+  <inertia ixx="0.02" iyy="0.02" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="wrist" type="revolute"><parent link="coupler_link"/><child link="hand"/>
+  <origin xyz="0.45 0 0.15"/><axis xyz="1 0 0"/><limit lower="-2" upper="2" effort="9" velocity="9"/></joint>
+<link name="hand"><inertial><origin xyz="0.05 0.03 0.02"/><mass value="0.8"/>
+  <inertia ixx="0.003" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>)";
+
+TEST(FourBar, ParametersLieWithinTheirIntervals) {
+  const FourBar bar{.crank = "crank", .coupler = "coupler", .rocker = "rocker", .at = {0.05, 0.0, 0.43}};
+  const Robot robot = parse_urdf(linkage, "linkage.urdf", {.base = {}, .tip = {}, .four_bars = {bar}});
+  ASSERT_EQ(robot.size(), 2);
+  const BaseParameters base = base_parameters(robot);
+  const Vector chi = base.from_standard(test::distinct_friction(robot));
+  constexpr Index samples = 10000;
+  constexpr int runs = 20;
+  double held = 0.0;
+  double all = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(run + 1));
+    test::Normal normal;
+    Log log{.source = "linkage.csv", .t = Vector::LinSpaced(samples, 0.0, 9.999), .f_m = 1000.0};
+    Motion motion{Matrix::Zero(samples, 2), Matrix::Zero(samples, 2), Matrix::Zero(samples, 2)};
+    for (Index j = 0; j < 2; ++j) {
+      for (int l = 1; l <= 5; ++l) {
+        const double omega = 0.4 * std::numbers::pi * l;
+        const double a = 0.12 * (j + 1) * normal(random) / std::sqrt(l);
+        const double phase = 3.0 * normal(random);
+        const auto angle = (omega * log.t.array() + phase).eval();
+        motion.q.col(j).array() += a * angle.sin();
+        motion.qd.col(j).array() += a * omega * angle.cos();
+        motion.qdd.col(j).array() -= a * omega * omega * angle.sin();
+      }
+    }
+    log.q = motion.q;
+    log.tau = (observation(robot, base, motion).dense() * chi).reshaped(samples, 2);
+    log.tau += Matrix::NullaryExpr(samples, 2, [&] { return 0.2 * normal(random); });
+    const Identification found =
+        identify(robot, log, {.signal = {.torque_held = false, .decimation = {10}}, .method = Wls{}});
+    ASSERT_EQ(found.status, Status::identified) << run;
+    for (Index i = 0; i < chi.size(); ++i) {
+      const auto& interval = found.parameters[static_cast<std::size_t>(i)].interval_95;
+      held += interval[0] <= chi[i] && chi[i] <= interval[1] ? 1.0 : 0.0;
+      all += 1.0;
+    }
+  }
+  RecordProperty("coverage", std::to_string(held / all));
+  EXPECT_GE(held / all, 0.92);
+  EXPECT_LE(held / all, 0.995);
+}
+
+}  // namespace
+}  // namespace rivid
