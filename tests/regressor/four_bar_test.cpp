@@ -118,7 +118,10 @@ TEST(FourBar, AnglesSlopesAndCurvaturesAreThoseOfTheClosedLoop) {
        {Axes{}, Axes{.coupler = {0.06, 0.1}, .closing = {0.55, 0.45}, .rocker = {0.5, 0.02}},
         Axes{.coupler = {0.1, 0.3}, .closing = {0.55, -0.3}, .rocker = {0.5, 0.02}}}) {
     const auto [coupler, rocker] = coupler_and_rocker(linkage(axes));
-    for (const double q : {-0.4, -0.1, 0.0, 0.2, 0.5}) {
+    EXPECT_LT(coupler.least, -0.1);
+    EXPECT_GT(coupler.most, 0.1);
+    for (const double part : {0.1, 0.4, 0.5, 0.6, 0.9}) {
+      const double q = coupler.least + part * (coupler.most - coupler.least);
       const Eigen::Matrix<double, 2, 3> expected = loop(axes, q);
       for (std::size_t k = 0; k < 3; ++k) {
         const auto column = static_cast<Index>(k);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <tuple>
 #include <type_traits>
 
@@ -72,15 +73,18 @@ Scalar cross(const Planar<Scalar>& a, const Planar<Scalar>& b) {
   return a.x * b.y - a.y * b.x;
 }
 
-// A number without its derivatives or imaginary part.
+// A number without its derivatives or imaginary part; none of a formula that is recorded, in which no linkage
+// takes part.
 template <typename Scalar>
 double plain_value(const Scalar& x) {
   if constexpr (std::is_convertible_v<Scalar, double>) {
     return static_cast<double>(x);
   } else if constexpr (requires { x.real(); }) {
     return x.real();
-  } else {
+  } else if constexpr (requires { x.value(); }) {
     return x.value();
+  } else {
+    return std::numeric_limits<double>::quiet_NaN();
   }
 }
 
@@ -116,19 +120,19 @@ std::array<Scalar, 3> FourBarAngle::of_one(const Scalar& q) const {
   using std::cos;
   using std::sin;
   using std::sqrt;
-  using Vector = detail::Planar<Scalar>;
-  const Scalar a(crank);
-  const Scalar b(coupler);
-  const Scalar c(rocker);
+  using Plane = detail::Planar<Scalar>;
+  const auto a = static_cast<Scalar>(crank);
+  const auto b = static_cast<Scalar>(coupler);
+  const auto c = static_cast<Scalar>(rocker);
   const Scalar angle = q + Scalar(crank_angle);
-  const Vector u2 = {cos(angle), sin(angle)};
+  const Plane u2 = {cos(angle), sin(angle)};
   // From the rocker's axis to the coupler's; the rocker turns from there to the closing point.
-  const Vector r = u2.times(a) - Vector{Scalar(ground), Scalar(0.0)};
+  const Plane r = u2.times(a) - Plane{Scalar(ground), Scalar(0.0)};
   const Scalar length = sqrt(dot(r, r));
   const Scalar cosine = (dot(r, r) + c * c - b * b) / (Scalar(2.0) * length * c);
   const Scalar sine = sqrt(Scalar(Scalar(1.0) - cosine * cosine));
-  const Vector u4 = r.turned(cosine, mirrored ? sine : Scalar(-sine)).times(Scalar(1.0) / length);
-  const Vector u3 = (u4.times(c) - r).times(Scalar(1.0) / b);
+  const Plane u4 = r.turned(cosine, mirrored ? sine : Scalar(-sine)).times(Scalar(1.0) / length);
+  const Plane u3 = (u4.times(c) - r).times(Scalar(1.0) / b);
   const Scalar s34 = cross(u3, u4);
   const Scalar c34 = dot(u3, u4);
   const Scalar w3 = a * cross(u4, u2) / (b * s34);

@@ -92,12 +92,35 @@ std::span<const Log> within_window(std::span<const Log> logs, const SignalOption
   return room;
 }
 
+namespace {
+
+void require_reach(const Robot& robot, const Log& log) {
+  constexpr double all_round = 6.28;  // rad
+  for (const Chain::Dependent& dependent : robot.chain.dependents) {
+    const auto& bar = dependent.four_bar;
+    const Index crank = dependent.terms.front().joint;
+    for (Index k = 0; bar && bar->most - bar->least < all_round && k < log.q.rows(); ++k) {
+      if (const double q = log.q(k, crank); q < bar->least || q > bar->most) {
+        throw InputError(log.place(k) + ": position of joint \"" +
+                         robot.joints[static_cast<std::size_t>(crank)].name + "\" is " + number(q, 4) +
+                         " rad, but the four-bar linkage of \"" + dependent.joint + "\" reaches from " +
+                         number(bar->least, 4) + " to " + number(bar->most, 4) + " rad");
+      }
+    }
+  }
+}
+
+}  // namespace
+
 void require_joints(const char* what, const Matrix& x, const Robot& robot, const Log& log) {
   if (x.cols() != robot.size() || x.rows() != log.q.rows()) {
     throw InputError(log.source + ": " + what + " has " + std::to_string(x.cols()) + " columns of " +
                      std::to_string(x.rows()) + " samples, must have one for each of the " +
                      std::to_string(robot.size()) + " joints of robot \"" + robot.name + "\" and " +
                      std::to_string(log.q.rows()) + " samples");
+  }
+  if (&x == &log.q) {
+    require_reach(robot, log);
   }
 }
 
