@@ -6,6 +6,7 @@ set(rivid_header_names
     finding
     model/chain
     model/kinds
+    model/linkage
     model/mdh
     model/parameters
     model/robot
