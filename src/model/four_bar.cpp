@@ -104,7 +104,7 @@ class Linkage {
       refuse("a link between two of its axes has no length");
     }
     lengths_.mirrored = cross(coupler_along_, rocker_along_) < 0.0;
-    // [Grashof]: with the shortest of the four as ground all others go round.
+    // Grashof's condition: with the shortest of the four as ground all others go round.
     const auto [shortest, longest] =
         std::minmax({lengths_.ground, lengths_.crank, lengths_.coupler, lengths_.rocker});
     const double sum = lengths_.ground + lengths_.crank + lengths_.coupler + lengths_.rocker;

@@ -11,9 +11,9 @@
 
 namespace rivid {
 
-/// How a passive joint of a planar four-bar linkage follows the joint of its crank, in closed form [Norton,
-/// Design of Machinery, 4.5, 6.7, 7.3]. Angles are about the axis of the crank's joint, from the line that
-/// leads from the crank's axis to the rocker's.
+/// How a passive joint of a planar four-bar linkage follows the joint of its crank: by the law of cosines, and
+/// slopes and curvatures by the derivatives of the closed loop. Angles are about the axis of the crank's joint,
+/// from the line that leads from the crank's axis to the rocker's.
 struct FourBarAngle {
   double ground = 0.0;       ///< distance of the crank's axis to the rocker's [m]
   double crank = 0.0;        ///< of the crank's axis to the coupler's [m]
