@@ -168,7 +168,7 @@ Excitation designed_for_target(const Robot& robot, const ExcitationOptions& opti
       harmonics = each;
     }
   }
-  double periods = best->periods_for(aim);
+  const double periods = best->periods_for(aim);
   if (!(periods * longest <= options.target.seconds)) {
     refuse_target(robot, options, *best);
   }
