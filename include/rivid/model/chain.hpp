@@ -63,7 +63,7 @@ struct Chain {
 
   /// Turns positions between −π and π into such that all linkages reach.
   ///
-  /// @param q  (n), or as many columns
+  /// @param q  called as q(j): a reference to the position of joint j
   template <typename Positions>
   void into_reach(Positions&& q) const {
     for (const Dependent& dependent : dependents) {

@@ -88,7 +88,8 @@ class Fingerprint {
           add(of(joint, factor));
         }
         if (const auto& bar = dependent.four_bar) {
-          add(of(bar->ground, bar->crank, bar->coupler, bar->rocker, bar->crank_angle, bar->zero));
+          add(of(bar->ground, bar->crank, bar->coupler, bar->rocker, bar->crank_angle, bar->zero,
+                 bar->mirrored));
         }
       }
     } else {
