@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""rivid_identify against ols_python.py, from the start of the process to the printed result.
+"""rivid identify against ols_python.py, from the start of the process to the printed result.
 
-    python3 compare_python.py RIVID_IDENTIFY [--samples N] [--decimation N] [--repeat N] [--python PYTHON]
+    python3 compare_python.py RIVID [--samples N] [--decimation N] [--repeat N] [--python PYTHON]
 
 Both get the same robot of seven joints and the same log of N samples at 1 kHz (default 2000: a cold start), in turns.
 Prints medians and ratios of the whole commands and of the most memory that the processes held, and the median of the
@@ -102,7 +102,7 @@ def main():
         write_experiment(folder / "arm.toml", arguments.decimation)
         ours, theirs = [], []
         for _ in range(arguments.repeat):
-            ours.append(run([program, "arm.toml", "--quiet"], folder))
+            ours.append(run([program, "identify", "arm.toml", "--quiet"], folder))
             theirs.append(
                 run(
                     [arguments.python, str(pipeline), "log.csv", "arm.urdf", str(CUTOFF_HZ), str(arguments.decimation)],
