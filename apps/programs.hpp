@@ -19,6 +19,7 @@ int paper_study_tool(int argc, char** argv);
 
 /// rivid convert LOG LOG.csv, by the Python package.
 int convert_command(int argc, char** argv);
+int play_command(int argc, char** argv);
 
 /// rivid demo [DIR]: a simulated robot from its description to the report.
 int demo_command(int argc, char** argv);

@@ -48,6 +48,8 @@ constexpr auto programs = std::to_array<Program>({
      "one of many logs, reduced"},
     {"merge", "rivid_identify merge", merge_command, "FILES", "an identification from reduced logs"},
     {"convert", "rivid convert", convert_command, "LOG LOG.csv", "a bag, .mat, .npz or Parquet file as CSV"},
+    {"play", "rivid play", play_command, "PLAN --on ARM",
+     "a designed motion on a robot, watched and recorded"},
     {"explain", "rivid_identify explain", explain_command, "CODE", "cause and cure of a finding or a status"},
     {"try", "rivid_identify try", try_command, "CODE EXPERIMENT.toml",
      "the hint of a finding, taken and judged"},
@@ -122,6 +124,20 @@ std::vector<std::string> subcommands_of(std::string_view tool) {
   return out;
 }
 
+// Becomes the program of the Python package; returns only where there is no Python.
+int python_program(int argc, char** argv) {
+  std::array<std::string, 3> python = {
+      "python3", "-c",
+      "import sys\ntry:\n  from rivid.__main__ import main\nexcept ImportError:\n"
+      "  sys.exit(f'rivid: error: {sys.argv[1]} needs the Python package of rivid: pip install .')\n"
+      "sys.exit(main())"};
+  std::vector<char*> words = {python[0].data(), python[1].data(), python[2].data()};
+  words.insert(words.end(), argv, argv + argc);
+  words.push_back(nullptr);
+  ::execvp(words[0], words.data());
+  throw InputError(std::string(argv[0]) + " needs Python, which is not found");
+}
+
 int convert_command(int argc, char** argv) {
   std::string source;
   std::string target;
@@ -135,18 +151,32 @@ int convert_command(int argc, char** argv) {
                      {"--list", "", "Print what the file holds, write nothing", &list},
                      {"--force", "", "Replace a CSV file of another content"}},
        .footer = "The Python package of rivid does it."},
-      argc, argv, [&]() -> int {
-        std::array<std::string, 3> python = {
-            "python3", "-c",
-            "import sys\ntry:\n  from rivid.__main__ import main\nexcept ImportError:\n"
-            "  sys.exit('rivid: error: convert needs the Python package of rivid: pip install .')\n"
-            "sys.exit(main())"};
-        std::vector<char*> words = {python[0].data(), python[1].data(), python[2].data()};
-        words.insert(words.end(), argv, argv + argc);
-        words.push_back(nullptr);
-        ::execvp(words[0], words.data());
-        throw InputError("convert needs Python, which is not found");
-      });
+      argc, argv, [&] { return python_program(argc, argv); });
+}
+
+int play_command(int argc, char** argv) {
+  std::string plan;
+  std::string arm;
+  std::string speeds;
+  std::string tracking;
+  std::string torque_band;
+  return run_command(
+      {.name = "rivid play",
+       .description = "Plays the motion of a plan on a robot: at a tenth of its speed, at half, at its own. "
+                      "Stops it where "
+                      "positions or torques are not as foretold, and records log.csv.",
+       .arguments = {{"plan", "PLAN", "Folder that rivid excite wrote", &plan, true},
+                     {"--on", "ARM", "ros, ur:HOST, franka:HOST or simulation", &arm, true},
+                     {"--speeds", "LIST", "Shares of the motion's speed; default: 0.1,0.5,1", &speeds},
+                     {"--tracking", "RAD", "Largest distance from the positions told; default: 0.1",
+                      &tracking},
+                     {"--torque-band", "LIST", "Largest distance of the torques from the forecast [N·m]",
+                      &torque_band},
+                     {"--yes", "", "Do not ask before each speed"},
+                     {"--force", "", "Replace logs of an earlier run"}},
+       .footer =
+           "The Python package of rivid does it, with ur_rtde, pylibfranka or rclpy of the robot's maker."},
+      argc, argv, [&] { return python_program(argc, argv); });
 }
 
 }  // namespace rivid::apps

@@ -29,8 +29,9 @@ class OneProgram : public rivid::test::IdentifyTool {
 TEST_F(OneProgram, PrintsItsHelpWithoutAnArgument) {
   const Outcome alone = rivid({});
   EXPECT_EQ(alone.exit_code, 0);
-  for (const char* const word : {"init", "check", "identify", "validate", "compare", "payload", "export",
-                                 "excite", "simulate", "study", "online", "convert", "explain", "demo"}) {
+  for (const char* const word :
+       {"init", "check", "identify", "validate", "compare", "payload", "export", "excite", "simulate",
+        "study", "online", "convert", "play", "explain", "demo"}) {
     EXPECT_NE(alone.out.find("\nrivid " + std::string(word) + " "), std::string::npos) << word;
   }
   EXPECT_LE(std::ranges::count(alone.out, '\n'), 40);
