@@ -276,6 +276,10 @@ struct Skeleton {
     std::string style;                    // as style sheets call it
     std::vector<Eigen::Vector3d> points;  // [m]
   };
+  struct Pose {
+    double t = 0.0;                       // [s]
+    std::vector<Eigen::Vector3d> joints;  // [m]
+  };
   struct Ellipsoid {
     std::string name;
     std::string style;
@@ -290,6 +294,7 @@ struct Skeleton {
   std::vector<Eigen::Vector3d> joints;  // of the line from base to tip [m]
   std::vector<Ellipsoid> ellipsoids = {};
   std::vector<Trace> traces = {};
+  std::vector<Pose> poses = {};  // that the reader can go through, evenly in time
 
   [[nodiscard]] static std::string_view style() { return "chart skeleton"; }
 };

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "excite/checked_clearances.hpp"
 #include "identify/figures/joint_rows.hpp"
 #include "report/skeleton.hpp"
 #include "rivid/excite/limits.hpp"
@@ -148,6 +149,7 @@ Skeleton::Trace outline(const HalfSpace& space, double reach) {
 
 Skeleton motion_in_space(const ForecastMotion& of) {
   constexpr Index poses = 6;
+  constexpr Index most_poses_to_go_through = 150;
   const Robot& robot = of.plan.experiment.robot;
   Skeleton out = skeleton_of(robot, of.motion.q.row(0));
   out.id = "motion-in-space";
@@ -165,12 +167,16 @@ Skeleton motion_in_space(const ForecastMotion& of) {
                           skeleton_of(robot, of.motion.q.row(k)).joints});
   }
   out.traces.push_back(std::move(path));
+  for (const Index k : every_few(of.motion.samples(), most_poses_to_go_through)) {
+    out.poses.push_back(
+        {static_cast<double>(k) / of.forecast.f_m, skeleton_of(robot, of.motion.q.row(k)).joints});
+  }
   const Space& space = of.plan.options.space;
   for (const Box& box : space.boxes) {
     out.traces.push_back(outline(box));
   }
   for (const HalfSpace& half : space.half_spaces) {
-    out.traces.push_back(outline(half, reach));
+    out.traces.push_back(outline(half, 0.7 * reach));
   }
   return out;
 }
@@ -187,6 +193,44 @@ std::vector<Block> motion_at_a_glance(const ForecastMotion& of) {
   return {{joints_at_a_glance(of.forecast)},
           plots_block("hero", {motion_in_space(of)}),
           {Legend{std::move(keys), "Drag, or use the arrow keys, to turn the robot."}}};
+}
+
+Block clearances_over_time(const ForecastMotion& of) {
+  constexpr std::size_t most_pairs = 8;
+  const std::vector<ClearanceUse>& nearest = of.forecast.clearances;
+  const std::vector<Index> some = every_few(of.motion.samples(), most_points_of_a_motion);
+  const auto shown = std::min<std::size_t>(
+      most_pairs, static_cast<std::size_t>(std::ranges::count_if(
+                      nearest, [](const ClearanceUse& use) { return std::isfinite(use.wanted); })));
+  Vector time(std::ssize(some));
+  Matrix distances(time.size(), static_cast<Index>(shown));
+  for (Index row = 0; row < time.size(); ++row) {
+    const Index k = some[static_cast<std::size_t>(row)];
+    time[row] = static_cast<double>(k) / of.forecast.f_m;
+    const std::vector<ClearanceUse> all =
+        checked_clearances(of.plan.experiment.robot, of.plan.options.space,
+                           std::vector<bool>(nearest.size(), true), of.motion.q.row(k), of.forecast.f_m);
+    for (std::size_t pair = 0; pair < shown; ++pair) {
+      const auto same = [&](const ClearanceUse& use) {
+        return use.first == nearest[pair].first && use.second == nearest[pair].second;
+      };
+      distances(row, static_cast<Index>(pair)) = std::ranges::find_if(all, same)->distance;
+    }
+  }
+  Chart chart{.id = "clearances-over-time",
+              .title = "Distances over time",
+              .label = "Distances of the nearest pairs over time",
+              .x_label = "t [s]",
+              .y_label = "distance [m]",
+              .size = Chart::Size::wide};
+  for (std::size_t pair = 0; pair < shown; ++pair) {
+    chart.series.push_back({nearest[pair].first + " from " + nearest[pair].second,
+                            "series-" + std::to_string(pair), Series::Kind::line, time,
+                            distances.col(static_cast<Index>(pair))});
+  }
+  chart.rules.push_back({false, of.plan.options.space.clearance, "bound"});
+  chart.y_shown = {0.0, of.plan.options.space.clearance};
+  return plots_block("", {std::move(chart)});
 }
 
 Section motion_section(const ForecastMotion& of) {

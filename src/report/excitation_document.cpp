@@ -192,6 +192,9 @@ Document page_of(const ForecastMotion& of, const Excitation* excitation, const P
   out.verdict = !keeps_limits(forecast) ? Mark::bad : known == all ? Mark::good : Mark::mixed;
   out.opening.insert(out.opening.begin(), {motion_figures(of), Shown::page});
   out.first_look = motion_at_a_glance(of);
+  if (!forecast.clearances.empty() && std::isfinite(forecast.clearances.front().wanted)) {
+    out.sections.back().blocks.push_back(clearances_over_time(of));
+  }
   out.sections.push_back(motion_section(of));
   out.sections.push_back(information_section(of));
   if (excitation != nullptr) {

@@ -112,7 +112,14 @@ PlotJson data_of(const Skeleton& skeleton) {
   for (const Skeleton::Trace& trace : skeleton.traces) {
     traces.push_back({{"name", trace.name}, {"style", trace.style}, {"points", points(trace.points)}});
   }
-  return {{"joints", points(skeleton.joints)}, {"bodies", std::move(bodies)}, {"traces", std::move(traces)}};
+  PlotJson poses = PlotJson::array();
+  for (const Skeleton::Pose& pose : skeleton.poses) {
+    poses.push_back({{"t", pose.t}, {"joints", points(pose.joints)}});
+  }
+  return {{"joints", points(skeleton.joints)},
+          {"bodies", std::move(bodies)},
+          {"traces", std::move(traces)},
+          {"poses", std::move(poses)}};
 }
 
 PlotJson data_of(const DotPlot& plot) {

@@ -450,26 +450,40 @@ class ExcitePage : public Page {
 
 TEST_F(ExcitePage, ADesignIsShownWithItsMotionObstaclesAndInformation) {
   design();
-  // q, q̇, q̈ and τ of six joints, information over time, the path in space.
-  expect_figures("plan/report.html", 4 * 6 + 1 + 1, 0);
+  // q, q̇, q̈ and τ of six joints, distances and information over time, the path in space.
+  expect_figures("plan/report.html", 4 * 6 + 2 + 1, 0);
   const Json found = Json::parse(answer("plan/report.html", R"(
   const path = () => document.querySelector("#motion-in-space polyline.path-of-tool").getAttribute("points");
   const before = path();
   document.querySelector("#motion-in-space .picture").dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+  const arm = () => document.querySelector("#motion-in-space polyline.arm").getAttribute("points");
+  const at_rest = arm();
+  const slider = document.querySelector("#motion-in-space input");
+  slider.value = slider.max / 2;
+  slider.dispatchEvent(new Event("input"));
   const column = (section, heading) => {
     const table = document.querySelector(section).closest("section").querySelector(".scroll table");
     const at = [...table.tHead.rows[0].cells].findIndex((cell) => cell.textContent === heading);
     return [...table.tBodies[0].rows].map((row) => row.cells[at].textContent);
   };
   const shares = [...document.querySelectorAll(`.first-look tbody td:nth-child(2)`)].map((cell) => parseFloat(cell.textContent));
-  return { turned: path() !== before, obstacles: document.querySelectorAll("#motion-in-space .obstacle").length,
+  return { turned: path() !== before, moved: arm() !== at_rest,
+           instant: document.querySelector("#motion-in-space .player span").textContent,
+           curves: document.querySelectorAll("#clearances-over-time .curve").length, obstacles: document.querySelectorAll("#motion-in-space .obstacle").length,
            why: column("#parameters", "why").length, used: column("#limits", "used").map(parseFloat),
            distances: column("#clearances", "smallest distance m").length,
            information: shares.reduce((sum, share) => sum + share, 0) };)"));
   EXPECT_TRUE(found.at("turned").get<bool>());
+  EXPECT_TRUE(found.at("moved").get<bool>());
+  const Json plan = Json::parse(folder().read("plan/plan.json"));
+  EXPECT_NEAR(std::stod(found.at("instant").get<std::string>()), 0.5 * plan.at("duration").get<double>(),
+              0.1);
+  const Json& pairs = plan.at("clearances");
+  EXPECT_EQ(found.at("curves"),
+            std::ranges::count_if(pairs, [](const Json& pair) { return !pair.at("wanted").is_null(); }));
   EXPECT_EQ(found.at("obstacles"), 2) << "floor and table";
   EXPECT_EQ(found.at("why"), 52);
-  EXPECT_EQ(found.at("distances"), Json::parse(folder().read("plan/plan.json")).at("clearances").size());
+  EXPECT_EQ(found.at("distances"), pairs.size());
   for (const double used : found.at("used")) {
     EXPECT_LE(used, 100.0);
   }

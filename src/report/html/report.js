@@ -395,7 +395,7 @@
         `<ellipse class="${body.style}" rx="${radii[0]}" ry="${radii[1]}" transform="translate(${pair(at(body.centre))}) rotate(${tenths(angle)})">` +
         `<title>${escaped(body.name)}</title></ellipse>`;
     }
-    const line_of_joints = joints.map(at);
+    const line_of_joints = (shown.poses[shown.pose]?.joints ?? joints).map(at);
     content += polyline("arm", line_of_joints) + line_of_joints.map((p) => dot("joint", p, 3)).join("");
     place_of(figure).innerHTML = picture(width, height, label, content);
   }
@@ -424,6 +424,45 @@
         turn(-0.01 * event.movementX, 0.01 * event.movementY);
       }
     });
+  }
+
+  // The robot at an instant of its motion, by a slider, or moving as fast as it will.
+  function add_player(figure) {
+    const shown = data[figure.id];
+    const last = shown.poses.length - 1;
+    const duration = shown.poses[last].t;
+    const slider = Object.assign(document.createElement("input"), { type: "range", min: 0, max: last, value: 0 });
+    const words = document.createElement("span");
+    let begun;
+    function show(k) {
+      shown.pose = k;
+      slider.value = k;
+      words.textContent = shown.poses[k].t.toFixed(2) + " s";
+      draw_bodies(figure);
+    }
+    function step(now) {
+      if (begun !== undefined) {
+        show(Math.round(((((now - begun) / 1000) % duration) / duration) * last));
+        requestAnimationFrame(step);
+      }
+    }
+    function set_moving(moving) {
+      begun = moving ? performance.now() - 1000 * shown.poses[shown.pose].t : undefined;
+      play.textContent = moving ? "❚❚" : "▶";
+      requestAnimationFrame(step);
+    }
+    const play = button("▶", "Move the robot", () => set_moving(begun === undefined));
+    play.setAttribute("aria-label", "Move the robot");
+    slider.setAttribute("aria-label", "Instant of the motion");
+    slider.addEventListener("input", () => {
+      set_moving(false);
+      show(Number(slider.value));
+    });
+    const player = document.createElement("div");
+    player.className = "player";
+    player.append(play, slider, words);
+    figure.append(player);
+    show(0);
   }
 
   // ------------------------------------------------------------------ numbers and pictures to take along
@@ -761,6 +800,7 @@
   charts.forEach((figure) => read_values(figure, figure.dataset.log === undefined ? nearest : at_time));
   figures.filter((figure) => data[figure.id].names).forEach((figure) => read_values(figure, cell_under));
   figures.filter((figure) => data[figure.id].bodies).forEach(turn_by_hand);
+  figures.filter((figure) => data[figure.id].poses?.length > 1).forEach(add_player);
 
   // On paper folded tables are open; plots of other logs stay folded.
   const opened = [];
