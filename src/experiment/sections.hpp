@@ -197,6 +197,7 @@ void read_more(TomlReader& keys, Joint& out);
 void read_more(TomlReader& keys, LogSource::BasePose& out);
 void read_more(TomlReader& keys, LogSource::Contact& out);
 void read_more(TomlReader& keys, LogSource::Reference& out);
+void read_more(TomlReader& keys, DependentJoint& out);
 void read_more(TomlReader& keys, LogSource::Subtraction& out);
 void read_more(TomlReader& keys, Physical& out);
 void read_more(TomlReader& keys, Space& out);

@@ -54,7 +54,7 @@ TEST(FourBar, RefusesPositionsThatItDoesNotReach) {
   const std::string said =
       test::complaint_of([&] { return identify(with_linkage({-0.1, 0.0, 0.2}), log, {.method = Wls{}}); });
   EXPECT_TRUE(test::says(said, "linkage.csv: row "));
-  EXPECT_TRUE(test::says(said, "the four-bar linkage of \"coupler\" reaches from"));
+  EXPECT_TRUE(test::says(said, "the linkage or table of \"coupler\" reaches from"));
 }
 
 TEST(FourBar, ParametersLieWithinTheirIntervals) {

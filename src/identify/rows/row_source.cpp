@@ -95,16 +95,15 @@ std::span<const Log> within_window(std::span<const Log> logs, const SignalOption
 namespace {
 
 void require_reach(const Robot& robot, const Log& log) {
-  constexpr double all_round = 6.28;  // rad
   for (const Chain::Dependent& dependent : robot.chain.dependents) {
-    const auto& bar = dependent.four_bar;
-    const Index crank = dependent.terms.front().joint;
-    for (Index k = 0; bar && bar->most - bar->least < all_round && k < log.q.rows(); ++k) {
-      if (const double q = log.q(k, crank); q < bar->least || q > bar->most) {
-        throw InputError(log.place(k) + ": position of joint \"" +
-                         robot.joints[static_cast<std::size_t>(crank)].name + "\" is " + number(q, 4) +
-                         " rad, but the four-bar linkage of \"" + dependent.joint + "\" reaches from " +
-                         number(bar->least, 4) + " to " + number(bar->most, 4) + " rad");
+    for (const auto& [joint, least, most] : dependent.reach()) {
+      for (Index k = 0; k < log.q.rows(); ++k) {
+        if (const double q = log.q(k, joint); q < least || q > most) {
+          throw InputError(log.place(k) + ": position of joint \"" +
+                           robot.joints[static_cast<std::size_t>(joint)].name + "\" is " + number(q, 4) +
+                           ", but the linkage or table of \"" + dependent.joint + "\" reaches from " +
+                           number(least, 4) + " to " + number(most, 4));
+        }
       }
     }
   }
