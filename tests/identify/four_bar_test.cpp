@@ -7,10 +7,13 @@
 #include <numbers>
 #include <random>
 
+#include "rivid/excite/excitation.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/model/dependent.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/regressor/batch.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/complaint.hpp"
 #include "support/normal.hpp"
 #include "support/robots.hpp"
@@ -55,6 +58,27 @@ TEST(FourBar, RefusesPositionsThatItDoesNotReach) {
       test::complaint_of([&] { return identify(with_linkage({-0.1, 0.0, 0.2}), log, {.method = Wls{}}); });
   EXPECT_TRUE(test::says(said, "linkage.csv: row "));
   EXPECT_TRUE(test::says(said, "the linkage or table of \"coupler\" reaches from"));
+}
+
+TEST(FourBar, MotionsAreDesignedWithinItsReach) {
+  const Robot robot = with_linkage({-0.1, 0.0, 0.2});
+  const auto [least, most] = robot.chain.reach(0);
+  ASSERT_TRUE(std::isfinite(least) && std::isfinite(most));
+  ExcitationOptions options{.duration = 5.0, .starts = 1, .evaluations = 40};
+  options.limits.acceleration = Vector::Constant(2, 12.0);
+  options.limits.torque = Eigen::Vector2d(60.0, 20.0);
+  const Excitation found = design(robot, options);
+  EXPECT_GE(found.motion.q.col(0).minCoeff(), least);
+  EXPECT_LE(found.motion.q.col(0).maxCoeff(), most);
+  InverseDynamics dynamics(DynamicModel(robot, robot.chi_st()));
+  double largest = 0.0;
+  Vector tau(2);
+  for (Index k = 0; k < found.motion.samples(); ++k) {
+    dynamics.torque(Vector(found.motion.q.row(k)), Vector(found.motion.qd.row(k)),
+                    Vector(found.motion.qdd.row(k)), tau);
+    largest = std::max({largest, std::abs(tau[0]) / 60.0, std::abs(tau[1]) / 20.0});
+  }
+  EXPECT_LE(largest, 1.0 + 1e-3);
 }
 
 TEST(FourBar, ParametersLieWithinTheirIntervals) {
