@@ -6,8 +6,10 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <sstream>
 
 #include "rivid/excite/excitation.hpp"
+#include "rivid/export/model.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/model/dependent.hpp"
 #include "rivid/model/urdf.hpp"
@@ -17,6 +19,7 @@
 #include "support/complaint.hpp"
 #include "support/normal.hpp"
 #include "support/robots.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace rivid {
 namespace {
@@ -44,6 +47,26 @@ constexpr const char* linkage = R"(<robot name="linkage">
 Robot with_linkage(const Eigen::Vector3d& at = {0.05, 0.0, 0.43}) {
   const FourBar bar{.crank = "crank", .coupler = "coupler", .rocker = "rocker", .at = at};
   return parse_urdf(linkage, "linkage.urdf", {.base = {}, .tip = {}, .four_bars = {bar}});
+}
+
+TEST(FourBar, IsClosedByAConstraintInMujoco) {
+  const test::TemporaryFolder folder;
+  folder.write("linkage.urdf", linkage);
+  const Robot robot = with_linkage();
+  const ExportedModel model =
+      exported_model(ModelFormat::mjcf, folder.path() / "linkage.urdf", robot, robot.chi_st(), {});
+  ASSERT_FALSE(model.files.empty());
+  const std::string& text = model.files[0].text;
+  const std::string_view open = "<connect body1=\"coupler_link\" body2=\"rocker_link\" anchor=\"";
+  const std::size_t at = text.find(open);
+  ASSERT_NE(at, std::string::npos) << text;
+  std::istringstream numbers(text.substr(at + open.size()));
+  Eigen::Vector3d anchor;
+  numbers >> anchor[0] >> anchor[1] >> anchor[2];
+  EXPECT_LT((anchor - Eigen::Vector3d(0.45, 0.0, 0.15)).norm(), 1e-14);
+  for (const Finding& warning : model.warnings) {
+    EXPECT_EQ(warning.text.find("four-bar"), std::string::npos) << warning.text;
+  }
 }
 
 TEST(FourBar, RefusesPositionsThatItDoesNotReach) {
