@@ -53,6 +53,9 @@ double height(const Body& body, const LinkPose& at, const HalfSpace& free) {
 
 std::vector<ClearanceUse> checked_clearances(const Robot& robot, const Space& space,
                                              const std::vector<bool>& kept, const Matrix& q, double f_m) {
+  if (kept.empty()) {
+    return {};
+  }
   const KDL::Chain chain = kdl_chain(robot);
   const std::vector<Body> bodies = bodies_of(robot, space);
   const std::vector<BodyPair> pairs = pairs_of(space, bodies);

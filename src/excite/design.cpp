@@ -606,11 +606,6 @@ std::unique_ptr<const Reference> Excitation::reference() const {
 }
 
 std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) const {
-  for (const Chain::Dependent& dependent : robot.chain.dependents) {
-    if (dependent.four_bar) {
-      return "joint \"" + dependent.joint + "\" is of a four-bar linkage, for which no motion is designed";
-    }
-  }
   if (space.wanted() && !robot.chain.dependents.empty()) {
     return "joint \"" + robot.chain.dependents.front().joint +
            "\" depends on others, clearances are for chains alone; leave space out";

@@ -41,6 +41,10 @@ void bound_positions(const Robot& robot, const MotionLimits& limits, MotionBound
   out.upper = given_or(limits.upper, of_joints(robot, &Joint::upper));
   for (Index j = 0; j < robot.size(); ++j) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    if (const auto [least, most] = robot.chain.reach(static_cast<int>(j)); std::isfinite(most - least)) {
+      out.lower[j] = std::max(out.lower[j], least);  // of a linkage or a table
+      out.upper[j] = std::min(out.upper[j], most);
+    }
     // What a description has in place of no limit is as none.
     const bool from_below = MotionLimits::positions.holds(out.lower[j]);
     const bool from_above = MotionLimits::positions.holds(out.upper[j]);

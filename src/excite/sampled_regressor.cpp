@@ -1,6 +1,7 @@
 #include "excite/sampled_regressor.hpp"
 
 #include <algorithm>
+#include <array>
 #include <unsupported/Eigen/AutoDiff>
 
 namespace rivid::detail {
@@ -78,6 +79,10 @@ void SampledRegressor::pieces(const Motion& motion,
 void SampledRegressor::slopes(const Motion& motion, std::span<const Matrix> G, const Vector& chi,
                               Slopes& of_sum, std::vector<Slopes>& of_torque) {
   of_torque.resize(chi.size() > 0 ? batch_.joints() : 0);
+  if (columns_.dependence().bends()) {
+    bent_slopes(motion, G, chi, of_sum, of_torque);
+    return;
+  }
   const Index N = motion.samples();
   const Index lanes = kernel_->lanes;
   const Index whole = (N + lanes - 1) / lanes * lanes;
@@ -96,6 +101,44 @@ void SampledRegressor::slopes(const Motion& motion, std::span<const Matrix> G, c
   }
   add_own_slopes(motion, G, chi, of_sum, of_torque);
   add_motor_slopes(motion, G, chi, of_sum, of_torque);
+}
+
+// Where G of the dependence follows the motion, too: by dual numbers, one for each quantity of each joint.
+void SampledRegressor::bent_slopes(const Motion& motion, std::span<const Matrix> G, const Vector& chi,
+                                   Slopes& of_sum, std::vector<Slopes>& of_torque) const {
+  const auto clear = [&](Slopes& slopes) {
+    slopes.q = slopes.qd = slopes.qdd = Matrix::Zero(motion.samples(), joints());
+  };
+  clear(of_sum);
+  std::ranges::for_each(of_torque, clear);
+  RegressorWorkspace<Dual> workspace(columns_);
+  std::array<std::vector<Dual>, 3> state;
+  state.fill(std::vector<Dual>(batch_.joints()));
+  const std::array<const Matrix*, 3> values = {&motion.q, &motion.qd, &motion.qdd};
+  const std::array<Matrix Slopes::*, 3> parts = {&Slopes::q, &Slopes::qd, &Slopes::qdd};
+  for (Index k = 0; k < motion.samples(); ++k) {
+    for (std::size_t part = 0; part < parts.size(); ++part) {
+      for (Index j = 0; j < joints(); ++j) {
+        state[part][static_cast<std::size_t>(j)] = Dual((*values[part])(k, j), Dual::DerType::Zero());
+      }
+    }
+    for (std::size_t part = 0; part < parts.size(); ++part) {
+      for (Index j = 0; j < joints(); ++j) {
+        Dual& moved = state[part][static_cast<std::size_t>(j)];
+        moved.derivatives().setOnes();
+        columns_.rows(State<Dual>{state[0], state[1], state[2]}, workspace,
+                      [&](std::size_t i, Index column, const Dual& value) {
+                        const double slope = value.derivatives()[0];
+                        (of_sum.*parts[part])(k, j) += G[i](k, column) * slope;
+                        if (!of_torque.empty()) {
+                          (of_torque[i].*parts[part])(k, j) +=
+                              chi[columns(i)[static_cast<std::size_t>(column)]] * slope;
+                        }
+                      });
+        moved.derivatives().setZero();
+      }
+    }
+  }
 }
 
 // Values of the parameters that the links' entries belong to; those that are in no row are zero.

@@ -25,7 +25,7 @@ struct Slopes {
 /// Observation matrix of a motion joint by joint, and exact derivatives of what is made of it.
 ///
 /// Rows of a sample depend on that sample alone. What the links contribute is differentiated backwards
-/// through the recursion, friction and coupled motors by dual numbers.
+/// through the recursion, friction and coupled motors by dual numbers; so is all of a robot with linkages or tables.
 class SampledRegressor {
  public:
   SampledRegressor(const Robot& robot, const BaseParameters& base);
@@ -55,6 +55,8 @@ class SampledRegressor {
               std::vector<Slopes>& of_torque);
 
  private:
+  void bent_slopes(const Motion& motion, std::span<const Matrix> G, const Vector& chi, Slopes& of_sum,
+                   std::vector<Slopes>& of_torque) const;
   void link_slopes(const Motion& motion, std::span<const Matrix> G, const Vector& chi, Slopes& of_sum,
                    std::vector<Slopes>& of_torque);
   void add_own_slopes(const Motion& motion, std::span<const Matrix> G, const Vector& chi, Slopes& of_sum,

@@ -308,8 +308,10 @@ std::vector<std::string> doubts_about(const Parts& found) {
   std::vector<std::string> out = found.columns.doubts;
   const std::string there_are = "; the columns are " + listed(found.names);
   if (found.held > 0) {
-    out.push_back("the logs have no positions of " + counted(found.held, "joint") +
-                  " of the robot; they are taken to stand at 0 (moving, in [robot])");
+    out.push_back(
+        "the logs have no positions of " + counted(found.held, "joint") +
+        " of the robot; they are taken to stand at 0 (moving, in [robot]); passive ones of a linkage follow "
+        "others: see [[robot.four_bar]] and [[robot.dependent]]");
   }
   if (found.columns.position.columns.empty()) {
     out.push_back("no columns of positions were recognised, one for each joint" + there_are);
@@ -390,6 +392,16 @@ std::vector<std::string> logged_joints(const Robot& robot, std::span<const std::
   }
   if (std::vector<std::string> named = detail::joints_in(columns, all); fits(named)) {
     return named;
+  }
+  // Passive joints of a linkage have no effort.
+  std::vector<std::string> driven;
+  for (const Joint& joint : robot.joints) {
+    if (joint.max_effort > 0.0 && std::isfinite(joint.max_effort)) {
+      driven.push_back(joint.name);
+    }
+  }
+  if (fits(driven)) {
+    return driven;
   }
   std::vector<std::vector<std::string>> ways;
   for (std::size_t j = 0; robot.chain.branches() && j < all.size(); ++j) {

@@ -40,13 +40,8 @@ std::string geometry(const Robot& robot) {
   }
   add(Eigen::Map<const Eigen::VectorXi>(robot.chain.parents.data(), std::ssize(robot.chain.parents)));
   for (const Chain::Dependent& dependent : robot.chain.dependents) {
-    for (const auto& [joint, factor] : dependent.terms) {
-      add(Eigen::Vector3d(joint, factor, dependent.offset));
-    }
-    if (const auto& bar = dependent.four_bar) {
-      add(Eigen::Vector4d(bar->ground, bar->crank, bar->coupler, bar->rocker));
-      add(Eigen::Vector3d(bar->crank_angle, bar->zero, bar->mirrored ? 1.0 : 0.0));
-    }
+    const std::vector<double> numbers = dependent.numbers();
+    add(Vector::Map(numbers.data(), std::ssize(numbers)));
   }
   add(robot.chain.gravity);
   add(robot.gear_matrix);

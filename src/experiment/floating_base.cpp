@@ -87,6 +87,26 @@ Matrix integrated(const Log& pose, const Matrix& turns, const Eigen::Vector3d& i
   return out;
 }
 
+// The rows of the base are the data; constant torques count as not measured.
+//
+// throws InputError where nothing fixes the scale, or the drives have parameters
+void take_no_torque(Log& log, const LogSource& source, const Robot& robot) {
+  if (!robot.total_mass && source.contact.empty()) {
+    throw InputError(log.source +
+                     ": neither torque nor control signal; of a floating base the motion alone gives all "
+                     "inertias but for one scale: name the columns of one of them or of contacts, or state "
+                     "total_mass in [robot]");
+  }
+  for (auto j = static_cast<std::size_t>(robot.base_joints); j < robot.joints.size(); ++j) {
+    if (robot.joints[j].friction != Friction::none || robot.joints[j].rotor_inertia) {
+      throw InputError(
+          log.source + ": neither torque nor control signal, which friction and rotor of joint \"" +
+          robot.joints[j].name + "\" need: set friction = \"none\" and rotor_inertia = false in [robot]");
+    }
+  }
+  log.tau = Matrix::Zero(log.samples(), robot.size() - robot.base_joints);
+}
+
 }  // namespace
 
 Log with_base(Log log, const LogSource& source, const Robot& robot, const ColumnsRead& read) {
@@ -94,9 +114,7 @@ Log with_base(Log log, const LogSource& source, const Robot& robot, const Column
     return log;
   }
   if (log.tau.size() == 0 && log.v_tau.size() == 0) {
-    throw InputError(log.source +
-                     ": neither torque nor control signal; of a floating base the motion alone gives all "
-                     "inertias but for one scale: name the columns of one of them");
+    take_no_torque(log, source, robot);
   }
   const LogSource::BasePose& base = *source.base;
   std::vector<Column> columns = base.position.empty() ? base.acceleration : base.position;
@@ -131,6 +149,8 @@ Log with_wrenches(Log log, const Log& wrenches, const LogSource& source, const R
   require_independent("[log.contact]", robot.chain);
   log.tau = effort(robot, log);
   log.v_tau.resize(0, 0);
+  const bool driven =
+      !log.tau.rightCols(robot.size() - robot.base_joints).isZero(0.0);  // see take_no_torque()
   std::vector<LinkPose> poses(robot.chain.links.size());
   for (Index k = 0; k < log.samples(); ++k) {
     place_links(robot.chain, log.q.row(k).transpose(), poses);
@@ -147,6 +167,9 @@ Log with_wrenches(Log log, const Log& wrenches, const LogSource& source, const R
       const Eigen::Vector3d moment = contact.wrench.size() == 6 ? in_world() : Eigen::Vector3d::Zero();
       const Eigen::Vector3d at = poses[link].o + R * contact.at;
       for (const std::size_t i : robot.chain.path(link)) {
+        if (!driven && static_cast<Index>(i) >= robot.base_joints) {
+          break;
+        }
         const Eigen::Vector3d z = poses[i].R.col(2);
         log.tau(k, static_cast<Index>(i)) += robot.chain.links[i].type == JointType::revolute
                                                  ? z.dot(moment + (at - poses[i].o).cross(force))

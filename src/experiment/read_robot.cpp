@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <iterator>
 
 #include "experiment/sections.hpp"
 #include "rivid/model/mdh.hpp"
@@ -17,6 +18,44 @@ void read_more(TomlReader& keys, Coupling& out) {
     out.ratios.assign(out.joints.size(), 1.0);
   }
   keys.read(Coupling::a_priori(), out);
+}
+
+// What follows a table: its columns, those of the joint and of others.
+void read_more(TomlReader& keys, DependentJoint& out) {
+  const auto table = keys.get<std::filesystem::path>("table");
+  auto columns = keys.get<std::vector<std::string>>("columns");
+  if (!table) {
+    keys.refuse_keys({"columns"}, "goes with table");
+    if (out.of.empty()) {
+      keys.fail("must name of or table: { joint = \"joint_3\", of = { joint_2 = -1 } }");
+    }
+    return;
+  }
+  if (out.of.empty()) {
+    for (const std::string& name : column_names(*table)) {
+      if (name != out.joint) {
+        out.of[name] = 1.0;
+      }
+    }
+  }
+  if (out.offset != 0.0 || std::ranges::any_of(out.of, [](const auto& of) { return of.second != 1.0; })) {
+    keys.fail("offset and factors are of a sum: with table must be 0 and 1");
+  }
+  if (!columns) {
+    columns = {out.joint};
+    std::ranges::transform(out.of, std::back_inserter(*columns), [](const auto& of) { return of.first; });
+  }
+  if (columns->size() != out.of.size() + 1) {
+    keys.fail("columns lists " + counted(std::ssize(*columns), "column") +
+              ", must list that of the joint and " + counted(std::ssize(out.of), "column") +
+              " of those that it follows");
+  }
+  const Table points = read_table(*table, {.columns = *columns});
+  try {
+    out.curve = spline_through(points.values.rightCols(points.columns() - 1), points.values.col(0));
+  } catch (const InputError& e) {
+    throw InputError(points.source + ": dependent joint \"" + out.joint + "\": " + e.what());
+  }
 }
 
 void read_more(TomlReader& keys, Joint& out) {

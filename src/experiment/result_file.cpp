@@ -134,9 +134,12 @@ Chain::Dependent dependent(const JsonNode& node, const Robot& robot) {
     }
     out.terms.push_back({static_cast<int>(at - robot.joints.begin()), factor.get<double>()});
   }
-  std::ranges::sort(out.terms, {}, &Chain::Dependent::Term::joint);  // the file has them by name
-  if (node.has("four_bar")) {
-    node.at("four_bar").read(out.four_bar.emplace());
+  if (!node.has("curve")) {
+    std::ranges::sort(out.terms, {}, &Chain::Dependent::Term::joint);  // the file has them by name
+  } else if (const JsonNode curve = node.at("curve"); curve.has("pieces")) {
+    curve.read(std::get<JointSpline>(out.curve.emplace(JointSpline{})));
+  } else {
+    curve.read(std::get<FourBarAngle>(out.curve.emplace(FourBarAngle{})));
   }
   return out;
 }
@@ -190,7 +193,7 @@ void expect_same_geometry(const JsonNode& node, const Robot& result, const Robot
     differs("the number of joints", std::to_string(result.size()), std::to_string(robot.size()));
   }
   const auto follow = [](const Chain::Dependent& a, const Chain::Dependent& b) {
-    return a.joint == b.joint && std::abs(a.offset - b.offset) <= tolerance && a.four_bar == b.four_bar &&
+    return a.joint == b.joint && std::abs(a.offset - b.offset) <= tolerance && a.curve == b.curve &&
            std::ranges::equal(a.terms, b.terms, [](const auto& x, const auto& y) {
              return x.joint == y.joint && std::abs(x.factor - y.factor) <= tolerance;
            });

@@ -35,6 +35,10 @@ inline constexpr auto robot_keys = std::tuple(
           [](const Robot& robot) { return robot.base_joints > 0; },
           "URDF only: the root of the tree moves freely, see [floating base](#logbase)",
           {.otherwise = "`false`"}},
+    Field{"total_mass",
+          &Robot::total_mass,
+          "of a floating base: known mass of all links, see [floating base](#logbase)",
+          {.otherwise = "unknown", .unit = "kg", .range = Range::from(1e-6, 1e6)}},
     Field{"tip",
           Key<std::string>(),
           "URDF only: last link of a chain",
@@ -193,6 +197,7 @@ void read_excitation_plan(TomlReader keys, ExcitationPlan& out);
 
 /// What TomlReader::read_whole() takes beside the fields of a record.
 void read_more(TomlReader& keys, Coupling& out);
+void read_more(TomlReader& keys, DependentJoint& out);
 void read_more(TomlReader& keys, Joint& out);
 void read_more(TomlReader& keys, LogSource::BasePose& out);
 void read_more(TomlReader& keys, LogSource::Contact& out);

@@ -3,6 +3,7 @@
 #include <map>
 #include <pugixml.hpp>
 #include <sstream>
+#include <variant>
 
 #include "dense.hpp"
 #include "export/model_tree.hpp"
@@ -261,6 +262,31 @@ class MjcfWriter {
         put(node, "joint1", joint.name);
         put(node, "joint2", joint.mimic->joint);
         put(node, "polycoef", exact(joint.mimic->offset) + " " + exact(joint.mimic->multiplier) + " 0 0 0");
+      }
+    }
+    using Dependent = Chain::Dependent;
+    const auto bar_of = [](const Dependent& dependent) {
+      return dependent.curve ? std::get_if<FourBarAngle>(&*dependent.curve) : nullptr;
+    };
+    for (const Dependent& coupler : task_.robot.chain.dependents) {
+      const FourBarAngle* const bar = bar_of(coupler);
+      for (const Dependent& rocker : task_.robot.chain.dependents) {
+        const FourBarAngle* const other = bar_of(rocker);
+        if (bar == nullptr || other == nullptr || bar->of_rocker || !other->of_rocker ||
+            coupler.terms.front().joint != rocker.terms.front().joint) {
+          continue;
+        }
+        FourBarAngle of_coupler = *other;  // the same linkage
+        of_coupler.of_rocker = false;
+        of_coupler.zero = bar->zero;
+        of_coupler.reversed = bar->reversed;
+        of_coupler.closing = bar->closing;
+        if (of_coupler == *bar) {
+          const pugi::xml_node node = child_of(equality, "connect");
+          put(node, "body1", coupler.link);
+          put(node, "body2", rocker.link);
+          put(node, "anchor", Vector::Map(bar->closing.data(), 3));
+        }
       }
     }
   }

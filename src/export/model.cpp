@@ -52,6 +52,9 @@ void tell_urdf(const ExportTask& task, ExportedModel& out) {
 }
 
 void tell_mujoco(const ExportTask& task, ExportedModel& out) {
+  std::erase_if(out.warnings, [](const Finding& warning) {  // which MuJoCo closes
+    return warning.text.find("is of a four-bar linkage") != std::string::npos;
+  });
   if (std::ranges::any_of(task.values, [](const JointValues& v) { return v.friction.value_or(0.0) > 0.0; })) {
     tell_loss(out,
               "MuJoCo takes the direction of dry friction from the velocity one time step later: it is "

@@ -360,12 +360,14 @@ class Writer {
 
   // What the experiment says of a joint, as far as a URDF can.
   void write_mimic(const UrdfTopology::Joint& joint, const Chain::Dependent& dependent) {
-    if (dependent.terms.size() > 1 || dependent.four_bar) {
+    if (dependent.terms.size() > 1 || dependent.curve) {
       warnings_.push_back(
           Finding{"format_has_no_place",
                   {},
                   "joint \"" + joint.name + "\" " +
-                      (dependent.four_bar ? "is of a four-bar linkage" : "follows several joints") +
+                      (!dependent.curve                                         ? "follows several joints"
+                       : std::holds_alternative<FourBarAngle>(*dependent.curve) ? "is of a four-bar linkage"
+                                                                                : "follows a table") +
                       " in the experiment, which no mimic joint can: it moves by itself in the model"});
       return;
     }

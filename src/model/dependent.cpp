@@ -37,9 +37,21 @@ class Resolver {
   }
 
   [[nodiscard]] bool depends(std::size_t joint) const { return of_joints_[joint] != nullptr; }
-  [[nodiscard]] bool follows_bar(std::size_t joint) const { return four_bar(joint).has_value(); }
-  [[nodiscard]] std::optional<FourBarAngle> four_bar(std::size_t joint) const {
-    return depends(joint) ? of_joints_[joint]->four_bar : std::nullopt;
+  // How a joint depends on others by a curve, nothing where it does not.
+  [[nodiscard]] const DependentJoint* curved(std::size_t joint) const {
+    return depends(joint) && of_joints_[joint]->curve ? of_joints_[joint] : nullptr;
+  }
+  // The independent joints that it goes over.
+  [[nodiscard]] std::vector<std::size_t> leaders(const DependentJoint& dependent) const {
+    std::vector<std::size_t> out;
+    for (const auto& [name, factor] : dependent.of) {
+      out.push_back(place_of(name, who_of(dependent.joint) + "it follows \"" + name + "\", which"));
+      if (depends(out.back())) {
+        throw InputError(who_of(dependent.joint) + "it follows \"" + name +
+                         "\" by a curve, which must move by itself");
+      }
+    }
+    return out;
   }
 
   // `behind`: dependent joints that lead to this one
@@ -56,10 +68,11 @@ class Resolver {
     Sum out{Vector::Zero(n), dependent.offset};
     for (const auto& [name, factor] : dependent.of) {
       if (const auto other = std::ranges::find(names_, name);
-          other != names_.end() && follows_bar(static_cast<std::size_t>(other - names_.begin()))) {
-        throw InputError(who_of(dependent.joint) + "it follows \"" + name +
-                         "\", a passive joint of a four-bar linkage; only joints of which q is a sum are "
-                         "followed");
+          other != names_.end() && curved(static_cast<std::size_t>(other - names_.begin())) != nullptr) {
+        throw InputError(
+            who_of(dependent.joint) + "it follows \"" + name +
+            "\", a passive joint of a four-bar linkage or of a table; only joints of which q is a "
+            "sum are followed");
       }
       const Sum other =
           sum(place_of(name, who_of(dependent.joint) + "it follows \"" + name + "\", which"), behind);
@@ -84,12 +97,22 @@ class Resolver {
 };
 
 std::string written(const DependentJoint& dependent) {
-  if (dependent.four_bar) {
+  if (const auto* const bar = dependent.curve ? std::get_if<FourBarAngle>(&*dependent.curve) : nullptr) {
     return "joint \"" + dependent.joint + "\" follows joint \"" + dependent.of.begin()->first +
-           "\" by a four-bar linkage of " + number(dependent.four_bar->ground, 4) + ", " +
-           number(dependent.four_bar->crank, 4) + ", " + number(dependent.four_bar->coupler, 4) + " and " +
-           number(dependent.four_bar->rocker, 4) + " m, which reaches from " +
-           number(dependent.four_bar->least, 4) + " to " + number(dependent.four_bar->most, 4) + " rad";
+           "\" by a four-bar linkage of " + number(bar->ground, 4) + ", " + number(bar->crank, 4) + ", " +
+           number(bar->coupler, 4) + " and " + number(bar->rocker, 4) + " m, which reaches from " +
+           number(bar->least, 4) + " to " + number(bar->most, 4) + " rad";
+  }
+  if (dependent.curve) {
+    const auto& spline = std::get<JointSpline>(*dependent.curve);
+    std::string out = "joint \"" + dependent.joint + "\" follows by a spline";
+    std::size_t a = 0;
+    for (const auto& [name, factor] : dependent.of) {
+      out += (a == 0 ? " \"" : ", \"") + name + "\" from " + number(spline.least[a], 4) + " to " +
+             number(spline.most[a], 4) + " in " + counted(spline.pieces[a], "piece");
+      ++a;
+    }
+    return out;
   }
   std::string out = "joint \"" + dependent.joint + "\" follows others: q = " + number(dependent.offset, 6);
   for (const auto& [name, factor] : dependent.of) {
@@ -127,11 +150,16 @@ Robot with_dependents(Robot robot, std::span<const DependentJoint> dependents) {
       robot.joints.push_back(all.joints[j]);
       continue;
     }
+    if (const DependentJoint* const curved = resolver.curved(j)) {
+      Chain::Dependent& dependent = robot.chain.dependents.emplace_back(
+          Chain::Dependent{.joint = all.joints[j].name, .link = all.joints[j].link, .curve = curved->curve});
+      for (const std::size_t k : resolver.leaders(*curved)) {
+        dependent.terms.push_back({places[k]});
+      }
+      continue;
+    }
     const Resolver::Sum sum = resolver.sum(j);
-    Chain::Dependent dependent{.joint = all.joints[j].name,
-                               .link = all.joints[j].link,
-                               .offset = sum.offset,
-                               .four_bar = resolver.four_bar(j)};
+    Chain::Dependent dependent{.joint = all.joints[j].name, .link = all.joints[j].link, .offset = sum.offset};
     for (std::size_t k = 0; k < order.size(); ++k) {
       if (const double factor = sum.factors[static_cast<Index>(k)]; factor != 0.0) {
         dependent.terms.push_back({places[k], factor});
@@ -150,7 +178,7 @@ std::vector<DependentJoint> dependent_joints(const Robot& robot) {
   std::vector<DependentJoint> out;
   for (const Chain::Dependent& dependent : robot.chain.dependents) {
     DependentJoint& joint = out.emplace_back(
-        DependentJoint{.joint = dependent.joint, .offset = dependent.offset, .four_bar = dependent.four_bar});
+        DependentJoint{.joint = dependent.joint, .offset = dependent.offset, .curve = dependent.curve});
     for (const auto& [k, factor] : dependent.terms) {
       joint.of[robot.joints[static_cast<std::size_t>(k)].name] += factor;
     }

@@ -51,6 +51,8 @@ class Linkage {
     out.reversed = axis(joint).dot(axis(crank_)) < 0.0;
     const Vector2 along = of_rocker ? rocker_along_ : coupler_along_;
     out.zero = std::atan2(along.y, along.x);
+    const Eigen::Vector3d closing = own_axes(joint).transpose() * (point(rocker_, bar_.at) - poses_[joint].o);
+    std::ranges::copy(closing, out.closing.begin());
     return out;
   }
 
@@ -70,14 +72,12 @@ class Linkage {
 
   [[nodiscard]] Eigen::Vector3d axis(std::size_t link) const { return poses_[link].R.col(2); }
 
-  // A point of a link's own frame, whose axes are those of frame j, renamed.
+  // A link's own frame has the axes of frame j, renamed.
+  [[nodiscard]] Eigen::Matrix3d own_axes(std::size_t link) const {
+    return poses_[link].R * link_axes(robot_.chain.links[link]).transpose();
+  }
   [[nodiscard]] Eigen::Vector3d point(std::size_t link, const Eigen::Vector3d& own) const {
-    const Chain::Link& names = robot_.chain.links[link];
-    Eigen::Vector3d in_frame;
-    for (std::size_t k = 0; k < 3; ++k) {
-      in_frame[names.axes[k]] = names.signs[k] * own[static_cast<Index>(k)];
-    }
-    return poses_[link].o + poses_[link].R * in_frame;
+    return poses_[link].o + own_axes(link) * own;
   }
 
   void measure() {
@@ -159,7 +159,7 @@ std::vector<DependentJoint> with_four_bars(const Robot& robot, std::span<const F
     for (const bool of_rocker : {false, true}) {
       const std::string& joint = of_rocker ? bar.rocker : bar.coupler;
       std::erase_if(dependents, [&](const DependentJoint& d) { return d.joint == joint; });
-      dependents.push_back({.joint = joint, .of = {{bar.crank, 1.0}}, .four_bar = linkage.angle(of_rocker)});
+      dependents.push_back({.joint = joint, .of = {{bar.crank, 1.0}}, .curve = linkage.angle(of_rocker)});
     }
   }
   return dependents;

@@ -177,8 +177,8 @@ Json dependents(const Robot& robot) {
   const std::vector<DependentJoint> all = dependent_joints(robot);
   return json_list(places(all.size()), [&](std::size_t k) {
     Json follows = {{"of", all[k].of}, {"offset", all[k].offset}};
-    if (all[k].four_bar) {
-      follows["four_bar"] = json_of(*all[k].four_bar);
+    if (all[k].curve) {
+      follows["curve"] = json_of(*all[k].curve);
     }
     return joint_members(robot, robot.joints.size() + k, all[k].joint, follows);
   });

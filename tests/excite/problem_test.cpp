@@ -151,15 +151,9 @@ TEST(SampledRegressor, HasExactSlopesOfAsymmetricFriction) {
 }
 
 // By central differences of the rows, of sums and torques.
-TEST(SampledRegressor, HasExactSlopesWhereJointsDependOnOthers) {
+void expect_exact_slopes_of_rows(const std::vector<DependentJoint>& dependents) {
   std::mt19937_64 random(4);
-  Robot robot = test::random_robot(6, random);
-  robot = with_dependents(robot, std::vector<DependentJoint>{
-                                     {.joint = robot.joints[2].name,
-                                      .of = {{robot.joints[1].name, -0.7}, {robot.joints[4].name, 1.2}},
-                                      .offset = 0.3},
-                                     {.joint = robot.joints[5].name, .of = {{robot.joints[0].name, 2.0}}}});
-  robot = detail::smoothed(robot, 0.5);
+  const Robot robot = detail::smoothed(with_dependents(test::random_robot(6, random), dependents), 0.5);
   const Index n = robot.size();
   ASSERT_EQ(n, 4);
   const BaseParameters base = base_parameters(robot);
@@ -210,6 +204,29 @@ TEST(SampledRegressor, HasExactSlopesWhereJointsDependOnOthers) {
   compare(&Motion::q, &detail::Slopes::q);
   compare(&Motion::qd, &detail::Slopes::qd);
   compare(&Motion::qdd, &detail::Slopes::qdd);
+}
+
+std::vector<DependentJoint> dependent_on_others() {
+  std::mt19937_64 random(4);
+  const Robot robot = test::random_robot(6, random);
+  return {{.joint = robot.joints[2].name,
+           .of = {{robot.joints[1].name, -0.7}, {robot.joints[4].name, 1.2}},
+           .offset = 0.3},
+          {.joint = robot.joints[5].name, .of = {{robot.joints[0].name, 2.0}}}};
+}
+
+TEST(SampledRegressor, HasExactSlopesWhereJointsDependOnOthers) {
+  expect_exact_slopes_of_rows(dependent_on_others());
+}
+
+TEST(SampledRegressor, HasExactSlopesWhereTheSlopesOfDependentJointsMove) {
+  std::vector<DependentJoint> dependents = dependent_on_others();
+  dependents[0].offset = 0.0;
+  dependents[0].of = {{dependents[0].of.begin()->first, 1.0}, {dependents[0].of.rbegin()->first, 1.0}};
+  const Matrix q = 4.0 * test::random_matrix(2000, 2, 3);
+  dependents[0].curve =
+      spline_through(q, ((0.4 * q.col(0)).array().sin() * (0.3 * q.col(1)).array().cos()).matrix());
+  expect_exact_slopes_of_rows(dependents);
 }
 
 TEST(SampledRegressor, HasTheRowsOfTheObservationMatrix) {

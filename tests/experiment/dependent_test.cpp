@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <sstream>
 
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/experiment/monte_carlo.hpp"
@@ -15,6 +17,7 @@
 #include "rivid/report/json.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "support/complaint.hpp"
+#include "support/normal.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/two_arms.hpp"
 #include "support/written_urdf.hpp"
@@ -228,6 +231,69 @@ TEST_F(Palletiser, FollowsOneJointAsTheExperimentSaysInItsUrdf) {
   EXPECT_EQ(dependent_joints(again).size(), 2U);
 }
 
+// Points of the parallelogram as an encoder at the elbow logs them, in columns of other names.
+TEST_F(Palletiser, TakesDependentJointsFromTables) {
+  std::mt19937_64 random(5);
+  test::Normal normal;
+  std::uniform_real_distribution<double> draw(-2.0, 2.0);
+  std::ostringstream log;
+  std::ostringstream grid;
+  log << "time,a,b,c\n";
+  grid << "rod_joint,crank,shoulder\n";
+  for (int k = 0; k < 4000; ++k) {
+    const double crank = draw(random);
+    const double shoulder = draw(random);
+    log << 0.001 * k << ',' << shoulder << ',' << crank << ',' << crank - shoulder + 1e-4 * normal(random)
+        << '\n';
+  }
+  for (int k = 0; k < 400; ++k) {
+    const double crank = 0.2 * (k % 20 - 10);
+    const double shoulder = 0.2 * (k / 20 - 10);
+    grid << shoulder - crank << ',' << crank << ',' << shoulder << '\n';
+  }
+  folder_.write("encoder.csv", log.str());
+  folder_.write("rod.csv", grid.str());
+  const std::string tables =
+      "[[robot.dependent]]\njoint = \"elbow\"\nof = { crank = 1, shoulder = 1 }\ntable = \"encoder.csv\"\n"
+      "columns = [\"c\", \"b\", \"a\"]\n[[robot.dependent]]\njoint = \"rod_joint\"\ntable = \"rod.csv\"\n";
+  folder_.write("tables.toml", robot_section + tables + study);
+  const Robot by_table = read_monte_carlo(path("tables.toml")).experiment.robot;
+  const Robot by_sum = robot();
+  const auto model = [](const Robot& robot) { return DynamicModel(robot, robot.chi_st()); };
+  for (int k = 0; k < 50; ++k) {
+    const auto state = [&] { return Vector(Vector::NullaryExpr(5, [&] { return 0.9 * draw(random); })); };
+    const Vector q = state();
+    const Vector qd = state();
+    const Vector qdd = state();
+    const Vector wanted = inverse_dynamics(model(by_sum), q, qd, qdd);
+    // Slopes of noise of 1e-4 rad over pieces of 0.25 rad with 16 points each; curvatures more.
+    EXPECT_LT((inverse_dynamics(model(by_table), q, qd, qdd) - wanted).norm(), 0.02 * wanted.norm());
+  }
+  // The way through a result.
+  const SimulationRecord record = run_simulation(read_monte_carlo(path("study.toml")).experiment);
+  const Identification result =
+      identify(by_table, record.log, read_monte_carlo(path("study.toml")).trials[1].experiment.estimation);
+  folder_.write("result.json", to_json(by_table, result, {}));
+  const Vector q = record.log.q.row(700);
+  const Vector zero = Vector::Zero(5);
+  const auto torques = [&](const DynamicModel& of) { return inverse_dynamics(of, q, zero, zero); };
+  EXPECT_LT((torques(read_identified_model(path("result.json"))) -
+             torques(read_identified_model(path("result.json"), by_table)))
+                .norm(),
+            1e-12);
+
+  EXPECT_TRUE(test::says(refusal("[[robot.dependent]]\njoint = \"elbow\"\nof = { crank = 1 }\ntable = "
+                                 "\"encoder.csv\"\ncolumns = [\"c\", \"b\"]\n"),
+                         "encoder.csv: dependent joint \"elbow\": the points lie"));
+  EXPECT_TRUE(test::says(refusal("[[robot.dependent]]\njoint = \"elbow\"\ntable = \"rod.csv\"\n"), "elbow"));
+  EXPECT_TRUE(test::says(refusal("[[robot.dependent]]\njoint = \"elbow\"\nof = { crank = 2 }\ntable = "
+                                 "\"rod.csv\"\n"),
+                         "with table must be 0 and 1"));
+  EXPECT_TRUE(test::says(refusal("[[robot.dependent]]\njoint = \"elbow\"\nof = { crank = 1 }\ncolumns = "
+                                 "[\"c\"]\n"),
+                         "goes with table"));
+}
+
 TEST_F(Palletiser, FaultsNameTheJoint) {
   EXPECT_TRUE(test::says(refusal("[[robot.dependent]]\njoint = \"elbou\"\nof = { crank = 1 }\n"),
                          "dependent joint \"elbou\": it is no joint of the robot; did you mean \"elbow\"?"));
@@ -235,8 +301,7 @@ TEST_F(Palletiser, FaultsNameTheJoint) {
       test::says(refusal("[[robot.dependent]]\njoint = \"elbow\"\nof = { cranc = 1 }\n"),
                  "dependent joint \"elbow\": it follows \"cranc\", which is no joint of the robot; did you "
                  "mean \"crank\"?"));
-  EXPECT_TRUE(test::says(refusal("[[robot.dependent]]\njoint = \"elbow\"\n"),
-                         "must name a joint and those that it follows"));
+  EXPECT_TRUE(test::says(refusal("[[robot.dependent]]\njoint = \"elbow\"\n"), "must name of or table"));
   EXPECT_TRUE(test::says(refusal("[[robot.dependent]]\njoint = \"elbow\"\nof = { rod_joint = 1 }\n"
                                  "[[robot.dependent]]\njoint = \"rod_joint\"\nof = { elbow = 1 }\n"),
                          "it follows itself, by way of"));

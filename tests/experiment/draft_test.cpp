@@ -116,6 +116,30 @@ std::string columns(const Names& joints) {
 const Names arms = {"waist",          "left_shoulder", "left_elbow", "left_wrist",
                     "right_shoulder", "right_elbow",   "right_wrist"};
 
+// Crank, coupler, rocker and wrist, of which crank and wrist have an effort.
+TEST_F(Draft, TakesTheDrivenJointsOfALinkage) {
+  const auto joint = [](const std::string& name, const std::string& parent, const std::string& effort) {
+    return "<joint name=\"" + name + "\" type=\"" + (effort.empty() ? "continuous" : "revolute") +
+           "\"><parent link=\"" + parent + "\"/><child link=\"" + name +
+           "_link\"/><axis xyz=\"0 1 0\"/><origin xyz=\"0.1 0 0.2\"/>" +
+           (effort.empty() ? ""
+                           : "<limit lower=\"-1\" upper=\"1\" velocity=\"3\" effort=\"" + effort + "\"/>") +
+           "</joint><link name=\"" + name +
+           "_link\"><inertial><mass value=\"1\"/><inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" "
+           "ixz=\"0\" iyz=\"0\"/></inertial></link>";
+  };
+  folder().write("robot.urdf", "<robot name=\"linkage\"><link name=\"base\"/>" + joint("crank", "base", "9") +
+                                   joint("coupler", "crank_link", "") + joint("rocker", "base", "") +
+                                   joint("wrist", "coupler_link", "5") + "</robot>");
+  write_log("t,q1,q2,tau1,tau2");
+  const ExperimentDraft made =
+      draft_experiment(folder().path() / "robot.toml", folder().path() / "robot.urdf", {},
+                       std::vector{folder().path() / "log.csv"});
+  EXPECT_NE(made.text.find("moving = [\"crank\", \"wrist\"]"), std::string::npos) << made.text;
+  ASSERT_EQ(made.doubts.size(), 1U);
+  EXPECT_NE(made.doubts[0].find("[[robot.four_bar]]"), std::string::npos) << made.doubts[0];
+}
+
 TEST_F(Draft, TakesTheJointsOfATreeThatTheLogHasColumnsOf) {
   folder().write("robot.urdf", test::two_arms());
   const auto draft_of = [&](const Names& joints) {

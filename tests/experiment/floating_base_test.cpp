@@ -308,61 +308,109 @@ TEST_F(WalkerLog, AccelerometerAndOrientationGiveTheSame) {
 
 // No torque on the base: its six accelerations are those that leave none, and the torques of the joints fix the
 // scale.
-TEST_F(WalkerLog, FreeFlightGivesItsDescription) {
-  constexpr double tolerance = 1e-3;  // samples of 1 ms of motions of 3 Hz, differentiated
-  using Six = Eigen::Vector<double, 6>;
-  const auto joints = [](double t) -> std::array<Eigen::Vector2d, 3> {
-    const Eigen::Array2d w(11.0, 9.0);
-    const Eigen::Array2d v(19.0, 21.0);
-    const Eigen::Array2d a(0.6, 0.15);
-    const Eigen::Array2d at = w * t + Eigen::Array2d(0.0, 1.0);
-    return {a * (at.sin() + 0.5 * (v * t).sin()), a * (w * at.cos() + 0.5 * v * (v * t).cos()),
-            -a * (w * w * at.sin() + 0.5 * v * v * (v * t).sin())};
-  };
-  const auto state = [&](double t, const Six& q, const Six& qd) {
-    const auto [s, sd, sdd] = joints(t);
-    std::array<Positions, 3> out;
-    out[0] << q, s;
-    out[1] << qd, sd;
-    out[2] << Six::Zero(), sdd;
-    const Six held = expected(out[0], out[1], out[2]).head<6>();
-    Eigen::Matrix<double, 6, 6> M;
-    for (Index i = 0; i < 6; ++i) {
-      M.col(i) = expected(out[0], out[1], out[2] + Positions::Unit(i)).head<6>() - held;
+class FreeFlight : public WalkerLog {
+ protected:
+  // @param rail  amplitude of the sliding leg
+  void write_flight(double rail_amplitude, bool torques) const {
+    using Six = Eigen::Vector<double, 6>;
+    const auto joints = [&](double t) -> std::array<Eigen::Vector2d, 3> {
+      const Eigen::Array2d w(11.0, 9.0);
+      const Eigen::Array2d v(19.0, 21.0);
+      const Eigen::Array2d a(0.6, rail_amplitude);
+      const Eigen::Array2d at = w * t + Eigen::Array2d(0.0, 1.0);
+      return {a * (at.sin() + 0.5 * (v * t).sin()), a * (w * at.cos() + 0.5 * v * (v * t).cos()),
+              -a * (w * w * at.sin() + 0.5 * v * v * (v * t).sin())};
+    };
+    const auto state = [&](double t, const Six& q, const Six& qd) {
+      const auto [s, sd, sdd] = joints(t);
+      std::array<Positions, 3> out;
+      out[0] << q, s;
+      out[1] << qd, sd;
+      out[2] << Six::Zero(), sdd;
+      const Six held = expected(out[0], out[1], out[2]).head<6>();
+      Eigen::Matrix<double, 6, 6> M;
+      for (Index i = 0; i < 6; ++i) {
+        M.col(i) = expected(out[0], out[1], out[2] + Positions::Unit(i)).head<6>() - held;
+      }
+      out[2].head<6>() = -M.fullPivLu().solve(held);
+      return out;
+    };
+    Six q = Six::Zero();
+    Six qd;
+    qd << 0.2, -0.3, 3.0, 1.2, 0.5, 1.5;
+    std::ostringstream text;
+    text.precision(15);
+    text << "t,x,y,z,roll,pitch,yaw,q1,q2" << (torques ? ",tau1,tau2\n" : "\n");
+    for (int k = 0; k < 700; ++k) {
+      const double t = k / rate;
+      const double h = 1.0 / rate;
+      const auto now = state(t, q, qd);
+      const Positions tau = expected(now[0], now[1], now[2]);
+      text << t;
+      for (const double value : {q[0], q[1], q[2], q[5], q[4], q[3], now[0][6], now[0][7]}) {
+        text << "," << value;
+      }
+      if (torques) {
+        text << "," << tau[6] << "," << tau[7];
+      }
+      text << "\n";
+      const Six a1 = now[2].head<6>();
+      const Six v2 = qd + 0.5 * h * a1;
+      const Six a2 = state(t + 0.5 * h, q + 0.5 * h * qd, v2)[2].head<6>();
+      const Six v3 = qd + 0.5 * h * a2;
+      const Six a3 = state(t + 0.5 * h, q + 0.5 * h * v2, v3)[2].head<6>();
+      const Six v4 = qd + h * a3;
+      const Six a4 = state(t + h, q + h * v3, v4)[2].head<6>();
+      q += h / 6.0 * (qd + 2.0 * v2 + 2.0 * v3 + v4);
+      qd += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
     }
-    out[2].head<6>() = -M.fullPivLu().solve(held);
-    return out;
-  };
-  Six q = Six::Zero();
-  Six qd;
-  qd << 0.2, -0.3, 3.0, 1.2, 0.5, 1.5;
-  std::ostringstream text;
-  text.precision(15);
-  text << "t,x,y,z,roll,pitch,yaw,q1,q2,tau1,tau2\n";
-  for (int k = 0; k < 700; ++k) {
-    const double t = k / rate;
-    const double h = 1.0 / rate;
-    const auto now = state(t, q, qd);
-    const Positions tau = expected(now[0], now[1], now[2]);
-    text << t;
-    for (const double value : {q[0], q[1], q[2], q[5], q[4], q[3], now[0][6], now[0][7], tau[6], tau[7]}) {
-      text << "," << value;
-    }
-    text << "\n";
-    const Six a1 = now[2].head<6>();
-    const Six v2 = qd + 0.5 * h * a1;
-    const Six a2 = state(t + 0.5 * h, q + 0.5 * h * qd, v2)[2].head<6>();
-    const Six v3 = qd + 0.5 * h * a2;
-    const Six a3 = state(t + 0.5 * h, q + 0.5 * h * v2, v3)[2].head<6>();
-    const Six v4 = qd + h * a3;
-    const Six a4 = state(t + h, q + h * v3, v4)[2].head<6>();
-    q += h / 6.0 * (qd + 2.0 * v2 + 2.0 * v3 + v4);
-    qd += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+    folder().write("log.csv", text.str());
   }
-  folder().write("log.csv", text.str());
-  const Experiment read = experiment(with(std::string(experiment_text), "[\"qw\", \"qx\", \"qy\", \"qz\"]",
-                                          "[\"roll\", \"pitch\", \"yaw\"]"));
-  expect_description(read.robot, run(read), tolerance);
+
+  static std::string flight_text() {
+    return with(std::string(experiment_text), "[\"qw\", \"qx\", \"qy\", \"qz\"]",
+                "[\"roll\", \"pitch\", \"yaw\"]");
+  }
+};
+
+constexpr double flight_tolerance = 1e-3;  // samples of 1 ms of motions of 3 Hz, differentiated
+
+TEST_F(FreeFlight, GivesItsDescription) {
+  write_flight(0.15, true);
+  const Experiment read = experiment(flight_text());
+  expect_description(read.robot, run(read), flight_tolerance);
+}
+
+// The rail is held: a mass that slides is none of the root.
+TEST_F(FreeFlight, WithoutTorqueAKnownMassGivesItsDescription) {
+  write_flight(0.0, false);
+  const std::string text = with(with(flight_text(), "rotor_inertia = [false, false]",
+                                     "rotor_inertia = false\nmoving = [\"hip\"]\ntotal_mass = 8.0"),
+                                "files = [\"log.csv\"]", "files = [\"log.csv\"]\nposition = [\"q1\"]");
+  for (const std::string method : {"wls", "ols"}) {
+    const Experiment read = experiment(text + "[method]\nname = \"" + method + "\"\n");
+    const Identification found = run(read);
+    expect_description(read.robot, found, flight_tolerance);
+    const auto mass = std::ranges::find_if(
+        found.base.parameters, [](const BaseParameter& p) { return p.leading.kind == ParameterKind::M; });
+    EXPECT_EQ(found.chi[mass - found.base.parameters.begin()], 8.0);
+  }
+  // Of a false mass all is false by one factor.
+  const Experiment read = experiment(with(text, "total_mass = 8.0", "total_mass = 16.0"));
+  const Identification found = run(read);
+  const Vector chi = found.base.from_standard(read.robot.chi_st());
+  EXPECT_LT((found.chi - 2.0 * chi).cwiseAbs().maxCoeff(),
+            2.0 * flight_tolerance * chi.cwiseAbs().maxCoeff());
+
+  const auto said = [&](const std::string& other) {
+    const Experiment wrong = experiment(other);
+    return test::complaint_of([&] { return read_logs(wrong.log, wrong.robot); });
+  };
+  EXPECT_TRUE(test::says(said(with(text, "friction = \"none\"", "friction = \"coulomb\"")),
+                         "friction and rotor of joint \"hip\" need"));
+  EXPECT_TRUE(test::says(said(with(text, "total_mass = 8.0", "")), "but for one scale"));
+  EXPECT_TRUE(test::says(test::complaint_of([&] { return experiment(with(text, "moving = [\"hip\"]", "")); }),
+                         "without sliding links"));
 }
 
 TEST_F(WalkerLog, SingularPitchIsRefusedWithItsInstant) {
@@ -373,11 +421,16 @@ TEST_F(WalkerLog, SingularPitchIsRefusedWithItsInstant) {
   EXPECT_TRUE(test::says(said, "at t = ")) << said;
 }
 
-TEST_F(WalkerLog, ScaleNeedsATorque) {
+TEST_F(WalkerLog, ScaleNeedsATorqueOrAWrench) {
+  constexpr double tolerance = 1e-4;
   write(0.5, false);
   const Experiment read = experiment(std::string(experiment_text));
   EXPECT_TRUE(
       test::says(test::complaint_of([&] { return read_logs(read.log, read.robot); }), "but for one scale"));
+  const Experiment touched = experiment(with_contact());
+  expect_description(touched.robot, run(touched), tolerance);
+  const Experiment paper = experiment(with_contact() + "[signal]\nrows = \"paper\"\n");
+  EXPECT_TRUE(test::says(test::complaint_of([&] { return run(paper); }), "needs exact rows"));
 }
 
 TEST_F(WalkerLog, WhatDoesNotFitIsRefused) {

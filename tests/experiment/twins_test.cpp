@@ -193,6 +193,28 @@ TEST_F(Twins, AreReflectedByTheGeometryOrByStatedSigns) {
   EXPECT_LT((identified(stated).chi - found.chi).norm(), 1e-9 * found.chi.norm());
 }
 
+TEST_F(Twins, AreAlikeInThePhysicalParameters) {
+  const MonteCarlo read = plan(robot_section(every));
+  const Robot& robot = read.experiment.robot;
+  Estimation estimation = read.trials[1].experiment.estimation;
+  estimation.physical = Physical();
+  const Identification found = identify(robot, run_simulation(read.experiment).log, estimation);
+  ASSERT_TRUE(found.physical);
+  const std::vector<StandardParameter> standard = robot.standard_parameters();
+  const auto value = [&](const std::string& name) {
+    const auto at = std::ranges::find(standard, name, &StandardParameter::name);
+    return found.physical->parameters.chi_st[at - standard.begin()];
+  };
+  for (const int left : {2, 3, 4}) {
+    for (const std::string kind : {"M", "XX", "YY", "ZZ", "MZ", "Ia", "Fv", "Fc"}) {
+      const double of_left = value(kind + std::to_string(left));
+      EXPECT_NEAR(value(kind + std::to_string(left + 3)), of_left, 1e-4 * std::abs(of_left)) << kind << left;
+    }
+    EXPECT_NEAR(value("MY" + std::to_string(left)),
+                value("MY" + std::to_string(left + 3)) * (left == 2 ? -1.0 : 1.0), 1e-5);
+  }
+}
+
 TEST_F(Twins, ThatDifferAreFound) {
   const auto differing = [](const Identification& found) {
     std::vector<std::string> out;

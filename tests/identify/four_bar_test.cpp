@@ -6,14 +6,20 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <sstream>
 
+#include "rivid/excite/excitation.hpp"
+#include "rivid/export/model.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/model/dependent.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/regressor/batch.hpp"
+#include "rivid/simulate/dynamic_model.hpp"
+#include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/complaint.hpp"
 #include "support/normal.hpp"
 #include "support/robots.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace rivid {
 namespace {
@@ -43,6 +49,26 @@ Robot with_linkage(const Eigen::Vector3d& at = {0.05, 0.0, 0.43}) {
   return parse_urdf(linkage, "linkage.urdf", {.base = {}, .tip = {}, .four_bars = {bar}});
 }
 
+TEST(FourBar, IsClosedByAConstraintInMujoco) {
+  const test::TemporaryFolder folder;
+  folder.write("linkage.urdf", linkage);
+  const Robot robot = with_linkage();
+  const ExportedModel model =
+      exported_model(ModelFormat::mjcf, folder.path() / "linkage.urdf", robot, robot.chi_st(), {});
+  ASSERT_FALSE(model.files.empty());
+  const std::string& text = model.files[0].text;
+  const std::string_view open = "<connect body1=\"coupler_link\" body2=\"rocker_link\" anchor=\"";
+  const std::size_t at = text.find(open);
+  ASSERT_NE(at, std::string::npos) << text;
+  std::istringstream numbers(text.substr(at + open.size()));
+  Eigen::Vector3d anchor;
+  numbers >> anchor[0] >> anchor[1] >> anchor[2];
+  EXPECT_LT((anchor - Eigen::Vector3d(0.45, 0.0, 0.15)).norm(), 1e-14);
+  for (const Finding& warning : model.warnings) {
+    EXPECT_EQ(warning.text.find("four-bar"), std::string::npos) << warning.text;
+  }
+}
+
 TEST(FourBar, RefusesPositionsThatItDoesNotReach) {
   Log log;
   log.source = "linkage.csv";
@@ -54,7 +80,28 @@ TEST(FourBar, RefusesPositionsThatItDoesNotReach) {
   const std::string said =
       test::complaint_of([&] { return identify(with_linkage({-0.1, 0.0, 0.2}), log, {.method = Wls{}}); });
   EXPECT_TRUE(test::says(said, "linkage.csv: row "));
-  EXPECT_TRUE(test::says(said, "the four-bar linkage of \"coupler\" reaches from"));
+  EXPECT_TRUE(test::says(said, "the linkage or table of \"coupler\" reaches from"));
+}
+
+TEST(FourBar, MotionsAreDesignedWithinItsReach) {
+  const Robot robot = with_linkage({-0.1, 0.0, 0.2});
+  const auto [least, most] = robot.chain.reach(0);
+  ASSERT_TRUE(std::isfinite(least) && std::isfinite(most));
+  ExcitationOptions options{.duration = 5.0, .starts = 1, .evaluations = 40};
+  options.limits.acceleration = Vector::Constant(2, 12.0);
+  options.limits.torque = Eigen::Vector2d(60.0, 20.0);
+  const Excitation found = design(robot, options);
+  EXPECT_GE(found.motion.q.col(0).minCoeff(), least);
+  EXPECT_LE(found.motion.q.col(0).maxCoeff(), most);
+  InverseDynamics dynamics(DynamicModel(robot, robot.chi_st()));
+  double largest = 0.0;
+  Vector tau(2);
+  for (Index k = 0; k < found.motion.samples(); ++k) {
+    dynamics.torque(Vector(found.motion.q.row(k)), Vector(found.motion.qd.row(k)),
+                    Vector(found.motion.qdd.row(k)), tau);
+    largest = std::max({largest, std::abs(tau[0]) / 60.0, std::abs(tau[1]) / 20.0});
+  }
+  EXPECT_LE(largest, 1.0 + 1e-3);
 }
 
 TEST(FourBar, ParametersLieWithinTheirIntervals) {

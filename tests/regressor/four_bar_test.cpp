@@ -1,10 +1,11 @@
-// Four-bar linkages: their angles against a loop that Newton's method closes, and their torques against those of
-// the whole tree by KDL, folded by the slopes of that loop.
+// Four-bar linkages and tables: their angles against a loop that Newton's method closes, or a function, and their
+// torques against those of the whole tree by KDL, folded by the slopes of that loop or function.
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <complex>
+#include <functional>
 #include <numbers>
 #include <unsupported/Eigen/AutoDiff>
 
@@ -109,7 +110,10 @@ Robot linkage(const Axes& axes) {
 }
 
 std::pair<FourBarAngle, FourBarAngle> coupler_and_rocker(const Robot& robot) {
-  return {robot.chain.dependents[0].four_bar.value(), robot.chain.dependents[1].four_bar.value()};
+  const auto of = [&](std::size_t k) {
+    return std::get<FourBarAngle>(robot.chain.dependents[k].curve.value());
+  };
+  return {of(0), of(1)};
 }
 
 TEST(FourBar, AnglesSlopesAndCurvaturesAreThoseOfTheClosedLoop) {
@@ -162,17 +166,28 @@ TEST(FourBar, GoesRoundWhereItCan) {
   EXPECT_NEAR(rocker.at(1.0 + 2.0 * std::numbers::pi)[0], rocker.at(1.0)[0] + 2.0 * std::numbers::pi, 1e-9);
 }
 
-TEST(FourBar, TorquesAreThoseOfTheTreeByTheSlopesOfTheLoop) {
-  const Axes axes;
-  const KDL::Tree tree = linkage_tree(axes);
-  const Robot whole = test::frictionless(tree);
-  Robot robot = linkage(axes);
-  ASSERT_EQ(robot.size(), 3);  // waist, crank, wrist
+// What coupler and rocker do at a state of waist, crank and wrist.
+struct Followed {
+  Vector2d x;
+  Eigen::Matrix<double, 2, 3> slopes;
+  Vector2d curved;  // q̇ᵀ (∂²x/∂q²) q̇
+};
+using Follows = std::function<Followed(const Eigen::Vector3d& q, const Eigen::Vector3d& qd)>;
+
+// Of the crank between -0.4 and 0.5.
+Motion motion_of_three() {
   std::mt19937_64 random(3);
   Motion motion = test::random_motion(150, 3, random);
   motion.q.col(1) = (0.3 * motion.q.col(1)).cwiseMax(-0.4).cwiseMin(0.5);
-  const auto place = [&](const Robot& of, const std::string& name) {
-    return std::ranges::find(of.joints, name, &Joint::name) - of.joints.begin();
+  return motion;
+}
+
+void expect_torques(const Robot& robot, const Motion& motion, const Follows& follows) {
+  const KDL::Tree tree = linkage_tree({});
+  const Robot whole = test::frictionless(tree);
+  ASSERT_EQ(robot.size(), 3);  // waist, crank, wrist
+  const auto place = [&](const std::string& name) {
+    return std::ranges::find(whole.joints, name, &Joint::name) - whole.joints.begin();
   };
   const Index n = whole.size();
   Motion all{Matrix::Zero(motion.samples(), n), Matrix::Zero(motion.samples(), n),
@@ -181,19 +196,19 @@ TEST(FourBar, TorquesAreThoseOfTheTreeByTheSlopesOfTheLoop) {
   for (Index k = 0; k < motion.samples(); ++k) {
     Matrix& slopes = G[static_cast<std::size_t>(k)];
     for (Index j = 0; j < 3; ++j) {
-      const Index at = place(whole, robot.joints[static_cast<std::size_t>(j)].name);
+      const Index at = place(robot.joints[static_cast<std::size_t>(j)].name);
       slopes(at, j) = 1.0;
       all.q(k, at) = motion.q(k, j);
       all.qd(k, at) = motion.qd(k, j);
       all.qdd(k, at) = motion.qdd(k, j);
     }
-    const Eigen::Matrix<double, 2, 3> of_loop = loop(axes, motion.q(k, 1));
+    const Followed is = follows(motion.q.row(k), motion.qd.row(k));
     for (Index i = 0; i < 2; ++i) {
-      const Index at = place(whole, i == 0 ? "coupler" : "rocker");
-      slopes(at, 1) = of_loop(i, 1);
-      all.q(k, at) = of_loop(i, 0);
-      all.qd(k, at) = of_loop(i, 1) * motion.qd(k, 1);
-      all.qdd(k, at) = of_loop(i, 1) * motion.qdd(k, 1) + of_loop(i, 2) * std::pow(motion.qd(k, 1), 2);
+      const Index at = place(i == 0 ? "coupler" : "rocker");
+      slopes.row(at) = is.slopes.row(i);
+      all.q(k, at) = is.x[i];
+      all.qd(k, at) = is.slopes.row(i).dot(motion.qd.row(k));
+      all.qdd(k, at) = is.slopes.row(i).dot(motion.qdd.row(k)) + is.curved[i];
     }
   }
   std::vector<std::string> links;
@@ -230,6 +245,116 @@ TEST(FourBar, TorquesAreThoseOfTheTreeByTheSlopesOfTheLoop) {
     direct.solve({x.data(), 3});
     EXPECT_LT((x - qdd).cwiseAbs().maxCoeff(), 1e-7);
   }
+}
+
+TEST(FourBar, TorquesAreThoseOfTheTreeByTheSlopesOfTheLoop) {
+  expect_torques(linkage({}), motion_of_three(), [](const Eigen::Vector3d& q, const Eigen::Vector3d& qd) {
+    const Eigen::Matrix<double, 2, 3> of_loop = loop({}, q[1]);
+    Followed out{of_loop.col(0), Eigen::Matrix<double, 2, 3>::Zero(), of_loop.col(2) * qd[1] * qd[1]};
+    out.slopes.col(1) = of_loop.col(1);
+    return out;
+  });
+}
+
+// Cubics, which the spline is to all digits: the coupler follows crank c and wrist w, the rocker all three.
+Followed cubics(const Eigen::Vector3d& q, const Eigen::Vector3d& qd) {
+  const double a = q[0];
+  const double c = q[1];
+  const double w = q[2];
+  Followed out;
+  out.x = {0.1 + 0.5 * c - 0.3 * w + 0.4 * c * w - 0.2 * c * c * w + 0.1 * w * w * w,
+           0.7 * a * c * w - 0.3 * a + 0.2 * c * c};
+  out.slopes << 0.0, 0.5 + 0.4 * w - 0.4 * c * w, -0.3 + 0.4 * c - 0.2 * c * c + 0.3 * w * w,
+      0.7 * c * w - 0.3, 0.7 * a * w + 0.4 * c, 0.7 * a * c;
+  Eigen::Matrix3d of_coupler;
+  of_coupler << 0.0, 0.0, 0.0, 0.0, -0.4 * w, 0.4 - 0.4 * c, 0.0, 0.4 - 0.4 * c, 0.6 * w;
+  Eigen::Matrix3d of_rocker;
+  of_rocker << 0.0, 0.7 * w, 0.7 * c, 0.7 * w, 0.4, 0.7 * a, 0.7 * c, 0.7 * a, 0.0;
+  out.curved = {qd.dot(of_coupler * qd), qd.dot(of_rocker * qd)};
+  return out;
+}
+
+TEST(JointSpline, TorquesAreThoseOfTheTreeByTheSlopesOfTheFunction) {
+  // Points of a grid; names in their order: crank, waist, wrist.
+  constexpr int grid = 9;
+  const auto at = [](int k) { return -3.2 + 6.4 * k / (grid - 1); };
+  Matrix q(grid * grid * grid, 3);
+  Matrix x(q.rows(), 2);
+  for (int k = 0; k < q.rows(); ++k) {
+    q.row(k) << at(k % grid), at(k / grid % grid), at(k / grid / grid);
+    x.row(k) = cubics({q(k, 1), q(k, 0), q(k, 2)}, Eigen::Vector3d::Zero()).x;
+  }
+  const std::vector<DependentJoint> dependents = {{.joint = "coupler",
+                                                   .of = {{"crank", 1.0}, {"wrist", 1.0}},
+                                                   .curve = spline_through(q(Eigen::all, {0, 2}), x.col(0))},
+                                                  {.joint = "rocker",
+                                                   .of = {{"waist", 1.0}, {"crank", 1.0}, {"wrist", 1.0}},
+                                                   .curve = spline_through(q, x.col(1))}};
+  const Robot robot = with_dependents(test::frictionless(linkage_tree({})), dependents);
+  EXPECT_EQ(robot.chain.reach(0)[1], 3.2);
+  expect_torques(robot, motion_of_three(), cubics);
+}
+
+TEST(JointSpline, FollowsAFunctionToTheFourthPowerOfItsPieces) {
+  const auto off = [](Index points) {
+    const Vector q = Vector::LinSpaced(points, -1.0, 2.0);
+    const JointSpline spline = spline_through(q, (2.0 * q).array().sin().matrix());
+    Eigen::Array3d worst = Eigen::Array3d::Zero();  // of value, slope and curvature
+    for (double at = -1.0; at < 2.0; at += 0.0013) {
+      Eigen::Array3d x;
+      spline.at(&at, x.data());
+      x -= Eigen::Array3d(std::sin(2.0 * at), 2.0 * std::cos(2.0 * at), -4.0 * std::sin(2.0 * at));
+      worst = worst.max(x.abs());
+    }
+    return worst;
+  };
+  // 37 and 57 pieces of h: (2 h)⁴ / 384 of an interpolating spline.
+  EXPECT_LT(off(60)[0], 0.01 * std::pow(6.0 / 37.0, 4));
+  const Eigen::Array3d better = off(60) / off(90);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_GT(better[k], 0.7 * std::pow(57.0 / 37.0, 4 - k)) << k;
+  }
+}
+
+TEST(JointSpline, DerivativesByComplexStepAndDualNumbersAreItsSlopes) {
+  Matrix q(400, 2);
+  for (int k = 0; k < 400; ++k) {
+    q.row(k) << 0.1 * (k % 20), 0.2 * (k / 20);
+  }
+  const JointSpline spline =
+      spline_through(q, (q.col(0).array().sin() * (0.5 * q.col(1)).array().cos()).matrix());
+  const std::array<double, 2> at = {0.77, 1.3};
+  std::array<double, 7> x{};
+  spline.at(at.data(), x.data());
+  using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
+  for (std::size_t a = 0; a < 2; ++a) {
+    std::array<std::complex<double>, 2> z = {at[0], at[1]};
+    std::array<std::complex<double>, 7> by_step;
+    z[a] += std::complex<double>(0.0, 1e-30);
+    spline.at(z.data(), by_step.data());
+    std::array<Dual, 2> d = {Dual(at[0], Dual::DerType::Zero()), Dual(at[1], Dual::DerType::Zero())};
+    std::array<Dual, 7> by_dual;
+    d[a].derivatives().setOnes();
+    spline.at(d.data(), by_dual.data());
+    for (std::size_t v = 0; v < 3; ++v) {
+      const double slope = v == 0 ? x[1 + a] : x[3 + 2 * (v - 1) + a];
+      EXPECT_NEAR(by_step[v].imag() / 1e-30, slope, 1e-12);
+      EXPECT_NEAR(by_dual[v].derivatives()[0], slope, 1e-12);
+    }
+  }
+  EXPECT_NEAR(x[0], std::sin(0.77) * std::cos(0.65), 1e-5);
+  EXPECT_NEAR(x[4], -0.5 * std::cos(0.77) * std::sin(0.65), 1e-2);
+}
+
+TEST(JointSpline, FaultsSayWhatIsMissing) {
+  const Vector q = Vector::LinSpaced(50, 0.0, 1.0);
+  const auto refusal = [](const Matrix& of, const Vector& x) {
+    return test::complaint_of([&] { return spline_through(of, x); });
+  };
+  EXPECT_TRUE(test::says(refusal(Matrix::Zero(50, 1), q), "has 1 position of a joint that is followed"));
+  EXPECT_TRUE(test::says(refusal(Matrix(50, 4), q), "one to 3 joints"));
+  EXPECT_TRUE(
+      test::says(refusal(q, (1e3 * q).array().sin().matrix()), "the joint does not follow those alone"));
 }
 
 TEST(FourBar, FaultsNameTheLinkage) {

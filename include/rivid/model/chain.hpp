@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -40,7 +41,7 @@ struct Chain {
   ///
   ///   q = offset + Σ_k factor_k q_k
   ///
-  /// or as one of a four-bar linkage follows its crank, the only term.
+  /// or by a curve over the joints of the terms, as of a four-bar linkage, or a table.
   struct Dependent {
     struct Term {
       int joint = 0;        ///< k, counted from 0, one of the n joints
@@ -50,7 +51,17 @@ struct Chain {
     std::string link;   ///< that it moves
     std::vector<Term> terms = {};
     double offset = 0.0;  ///< [rad | m]
-    std::optional<FourBarAngle> four_bar = {};
+    std::optional<Curve> curve = {};
+
+    /// The joints that a curve goes over, and their positions between its ends; none of a sum.
+    struct Reach {
+      int joint = 0;
+      double least = 0.0;
+      double most = 0.0;
+    };
+    [[nodiscard]] std::vector<Reach> reach() const;
+    /// All numbers that say how it follows.
+    [[nodiscard]] std::vector<double> numbers() const;
   };
 
   std::vector<Link> links;  ///< links 1…n, base to tip; of a tree, depth first; then those of `dependents`
@@ -61,16 +72,18 @@ struct Chain {
   std::vector<int> parents;
   std::vector<Dependent> dependents;  ///< joints that follow others, of the last links
 
-  /// Turns positions between −π and π into such that all linkages reach.
+  /// Positions that all curves reach, of joint j; infinite ends where there are none.
+  [[nodiscard]] std::array<double, 2> reach(int j) const;
+  /// Turns positions between −π and π, of a prismatic joint between −1 and 1, into such that all curves reach.
   ///
   /// @param q  called as q(j): a reference to the position of joint j
   template <typename Positions>
   void into_reach(Positions&& q) const {
-    for (const Dependent& dependent : dependents) {
-      if (const auto& bar = dependent.four_bar) {
-        auto&& of_crank = q(dependent.terms.front().joint);
-        of_crank =
-            0.5 * (bar->least + bar->most) + of_crank * (0.5 * (bar->most - bar->least) / std::numbers::pi);
+    for (int j = 0; !dependents.empty() && j < static_cast<int>(joints()); ++j) {
+      if (const auto [least, most] = reach(j); std::isfinite(most - least)) {
+        const bool turns = links[static_cast<std::size_t>(j)].type == JointType::revolute;
+        auto&& x = q(j);
+        x = 0.5 * (least + most) + x * (0.5 * (most - least) / (turns ? std::numbers::pi : 1.0));
       }
     }
   }
@@ -127,21 +140,21 @@ struct JointMotion {
   std::ptrdiff_t qdd_stride = 1;
 };
 
-// q_all = g(q) of all links' joints, of which each is a sum or follows a linkage, and by the balance of power
+// q_all = g(q) of all links' joints, of which each is a sum or follows a curve, and by the balance of power
 // τ = Gᵀ τ_all with the slopes G = ∂g/∂q.
 struct Dependence {
   struct Term {
     int link = 0;  // its place in LinkTree::chain
     int joint = 0;
     double factor = 1.0;
-    int four_bar = -1;  // place among these
+    int curve = -1;  // place among these; its terms follow each other
   };
-  std::vector<Term> terms;              // of G, ascending by link; empty: each joint is independent
-  std::vector<double> offsets;          // g(0) of sums, (links); empty like the terms
-  std::vector<FourBarAngle> four_bars;  // where G depends on q
+  std::vector<Term> terms;      // of G, ascending by link; empty: each joint is independent
+  std::vector<double> offsets;  // g(0) of sums, (links); empty like the terms
+  std::vector<Curve> curves;    // where G depends on q
 
   [[nodiscard]] bool empty() const noexcept { return terms.empty(); }
-  [[nodiscard]] bool bends() const noexcept { return !four_bars.empty(); }
+  [[nodiscard]] bool bends() const noexcept { return !curves.empty(); }
 
   // Values that expand() writes: q, q̇, q̈ of all links' joints, (count × links) each, and G, (count × terms).
   [[nodiscard]] std::size_t memory(std::size_t count) const noexcept {
@@ -157,19 +170,22 @@ struct Dependence {
     }
     std::fill_n(all + size, 2 * size, Value(0.0));
     Value* slopes = all + 3 * size;
-    for (const Term& term : terms) {
-      if (term.four_bar >= 0) {
-        follow(term, in, count, all, slopes);
-      } else {
-        for (std::size_t part = 0; part < 3 && from[part] != nullptr; ++part) {
-          for (std::ptrdiff_t k = 0; k < count; ++k) {
-            Value& sum = all[static_cast<std::ptrdiff_t>(part) * size + term.link * count + k];
-            sum = sum + Value(term.factor) * from[part][term.joint * strides[part] + k];
-          }
-        }
-        std::fill_n(slopes, bends() ? count : 0, Value(term.factor));
+    for (std::size_t t = 0; t < terms.size();) {
+      const Term& term = terms[t];
+      if (term.curve >= 0) {
+        t += follow(term, in, count, all, slopes + static_cast<std::ptrdiff_t>(t) * count);
+        continue;
       }
-      slopes += bends() ? count : 0;
+      for (std::size_t part = 0; part < 3 && from[part] != nullptr; ++part) {
+        for (std::ptrdiff_t k = 0; k < count; ++k) {
+          Value& sum = all[static_cast<std::ptrdiff_t>(part) * size + term.link * count + k];
+          sum = sum + Value(term.factor) * from[part][term.joint * strides[part] + k];
+        }
+      }
+      if (bends()) {
+        std::fill_n(slopes + static_cast<std::ptrdiff_t>(t) * count, count, Value(term.factor));
+      }
+      ++t;
     }
   }
   // Of a sample, G of a term after expand(… , count, all).
@@ -191,25 +207,46 @@ struct Dependence {
   }
 
  private:
+  // Returns how many terms the curve has, of which `first` is one.
   template <typename Value>
-  void follow(const Term& term, const JointMotion<Value>& in, std::ptrdiff_t count, Value* all,
-              Value* slopes) const noexcept {
+  std::size_t follow(const Term& first, const JointMotion<Value>& in, std::ptrdiff_t count, Value* all,
+                     Value* slopes) const noexcept {
     const std::ptrdiff_t size = std::ssize(offsets) * count;
+    const Curve& curve = curves[static_cast<std::size_t>(first.curve)];
+    const auto* const bar = std::get_if<FourBarAngle>(&curve);
+    const auto* const spline = std::get_if<JointSpline>(&curve);
+    const std::size_t d = spline != nullptr ? spline->pieces.size() : 1;
+    std::array<Value, JointSpline::most_joints> q{};
+    std::array<Value, JointSpline::most_values> x{};  // value, slopes, curvatures
     for (std::ptrdiff_t k = 0; k < count; ++k) {
-      const auto [x, slope, curvature] =
-          four_bars[static_cast<std::size_t>(term.four_bar)].at(in.q[term.joint * in.q_stride + k]);
-      Value* const link = all + term.link * count + k;
-      link[0] = link[0] + x;
-      if (in.qd != nullptr) {
-        const Value speed = in.qd[term.joint * in.qd_stride + k];
-        link[size] = slope * speed;
-        link[2 * size] = curvature * speed * speed;
+      const auto moved = [&](const Value* part, std::ptrdiff_t stride, std::size_t a) {
+        return part[(&first + a)->joint * stride + k];
+      };
+      for (std::size_t a = 0; a < d; ++a) {
+        q[a] = moved(in.q, in.q_stride, a);
       }
-      if (in.qdd != nullptr) {
-        link[2 * size] = link[2 * size] + slope * in.qdd[term.joint * in.qdd_stride + k];
+      if (bar != nullptr) {
+        std::ranges::copy(bar->at(q[0]), x.begin());
+      } else {
+        spline->at(q.data(), x.data());
       }
-      slopes[k] = slope;
+      Value* const link = all + first.link * count + k;
+      link[0] = link[0] + x[0];
+      for (std::size_t a = 0; a < d; ++a) {
+        const Value& slope = slopes[static_cast<std::ptrdiff_t>(a) * count + k] = x[1 + a];
+        if (in.qd != nullptr) {
+          const Value speed = moved(in.qd, in.qd_stride, a);
+          link[size] = link[size] + slope * speed;
+          for (std::size_t b = 0; b < d; ++b) {
+            link[2 * size] = link[2 * size] + x[1 + d + a * d + b] * speed * moved(in.qd, in.qd_stride, b);
+          }
+        }
+        if (in.qdd != nullptr) {
+          link[2 * size] = link[2 * size] + slope * moved(in.qdd, in.qdd_stride, a);
+        }
+      }
     }
+    return d;
   }
 };
 
@@ -367,6 +404,27 @@ inline std::vector<std::size_t> depth_first(const Chain& chain) {
   return out;
 }
 
+inline bool curve_fits(const Curve& curve, std::size_t joints) {
+  const auto* const spline = std::get_if<JointSpline>(&curve);
+  if (spline == nullptr) {
+    return joints == 1;
+  }
+  std::size_t count = 1;
+  for (const int pieces : spline->pieces) {
+    count *= static_cast<std::size_t>(std::max(pieces, 0)) + 3;
+  }
+  bool fit = joints <= JointSpline::most_joints && spline->coefficients.size() == count &&
+             std::ranges::all_of(spline->coefficients, [](double x) { return std::isfinite(x); });
+  for (const std::size_t size : {spline->pieces.size(), spline->least.size(), spline->most.size()}) {
+    fit = fit && size == joints;
+  }
+  for (std::size_t a = 0; fit && a < joints; ++a) {
+    fit = spline->pieces[a] > 0 && std::isfinite(spline->most[a] - spline->least[a]) &&
+          spline->most[a] > spline->least[a];
+  }
+  return fit;
+}
+
 // Of dependent joints and their place in the tree.
 inline std::optional<std::string> dependence_complaint(const Chain& chain) {
   const Index n = chain.joints();
@@ -378,15 +436,17 @@ inline std::optional<std::string> dependence_complaint(const Chain& chain) {
     if (dependent.terms.empty() || !std::isfinite(dependent.offset)) {
       return who + (dependent.terms.empty() ? "it follows no joint" : "its offset is not finite");
     }
-    if (dependent.four_bar && (dependent.terms.size() != 1 || dependent.terms.front().factor != 1.0)) {
-      return who + "in a four-bar linkage it follows the crank alone";
+    if (dependent.curve && !curve_fits(*dependent.curve, dependent.terms.size())) {
+      return who + "its curve is not over the " + counted(std::ssize(dependent.terms), "joint") +
+             " that it follows";
     }
     for (const Chain::Dependent::Term& term : dependent.terms) {
       if (term.joint < 0 || term.joint >= n) {
         return who + "it follows joint " + std::to_string(term.joint + 1) + " of " + std::to_string(n);
       }
-      if (!std::isfinite(term.factor) || term.factor == 0.0) {
-        return who + "a factor is " + number(term.factor) + ", must be finite and not zero";
+      if (!std::isfinite(term.factor) || term.factor == 0.0 || (dependent.curve && term.factor != 1.0)) {
+        return who + "a factor is " + number(term.factor) + ", must be finite and not zero" +
+               (dependent.curve ? ", 1 of a curve" : "");
       }
     }
   }
@@ -448,11 +508,11 @@ RIVID_INLINE LinkTree link_tree(const Chain& chain) {
     }
     const Chain::Dependent& dependent = chain.dependents[j - n];
     for (const auto& [joint, factor] : dependent.terms) {
-      out.dependence.terms.push_back({place, joint, factor});
+      out.dependence.terms.push_back(
+          {place, joint, factor, dependent.curve ? static_cast<int>(out.dependence.curves.size()) : -1});
     }
-    if (dependent.four_bar) {
-      out.dependence.terms.back().four_bar = static_cast<int>(out.dependence.four_bars.size());
-      out.dependence.four_bars.push_back(*dependent.four_bar);
+    if (dependent.curve) {
+      out.dependence.curves.push_back(*dependent.curve);
     }
     out.dependence.offsets.push_back(dependent.offset);
   }
@@ -460,6 +520,52 @@ RIVID_INLINE LinkTree link_tree(const Chain& chain) {
 }
 
 }  // namespace detail
+
+RIVID_INLINE std::vector<Chain::Dependent::Reach> Chain::Dependent::reach() const {
+  std::vector<Reach> out;
+  if (const auto* const bar = curve ? std::get_if<FourBarAngle>(&*curve) : nullptr) {
+    constexpr double all_round = 6.28;  // rad
+    const bool ends = bar->most - bar->least < all_round;
+    constexpr double none = std::numeric_limits<double>::infinity();
+    out.push_back({terms.front().joint, ends ? bar->least : -none, ends ? bar->most : none});
+  } else if (curve) {
+    const auto& spline = std::get<JointSpline>(*curve);
+    for (std::size_t a = 0; a < std::min(terms.size(), spline.pieces.size()); ++a) {
+      out.push_back({terms[a].joint, spline.least[a], spline.most[a]});
+    }
+  }
+  return out;
+}
+
+RIVID_INLINE std::vector<double> Chain::Dependent::numbers() const {
+  std::vector<double> out = {offset};
+  for (const auto& [k, factor] : terms) {
+    out.insert(out.end(), {static_cast<double>(k), factor});
+  }
+  if (const auto* const bar = curve ? std::get_if<FourBarAngle>(&*curve) : nullptr) {
+    out.insert(out.end(), {bar->ground, bar->crank, bar->coupler, bar->rocker, bar->crank_angle, bar->zero,
+                           bar->mirrored ? 1.0 : 0.0});
+  } else if (curve) {
+    const auto& spline = std::get<JointSpline>(*curve);
+    for (const std::vector<double>* const x : {&spline.least, &spline.most, &spline.coefficients}) {
+      out.insert(out.end(), x->begin(), x->end());
+    }
+  }
+  return out;
+}
+
+RIVID_INLINE std::array<double, 2> Chain::reach(int j) const {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  std::array<double, 2> out = {-none, none};
+  for (const Dependent& dependent : dependents) {
+    for (const auto& [joint, least, most] : dependent.reach()) {
+      if (joint == j) {
+        out = {std::max(out[0], least), std::min(out[1], most)};
+      }
+    }
+  }
+  return out;
+}
 
 RIVID_INLINE bool Chain::branches() const {
   for (std::size_t j = 0; j < parents.size(); ++j) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <span>
@@ -21,8 +22,9 @@ struct DependentJoint {
   std::string joint;
   std::map<std::string, double> of = {};  ///< factors by the names of the joints that it follows
   double offset = 0.0;                    ///< [rad | m]
-  /// How it follows the only joint of `of` where the two are of a four-bar linkage, see with_four_bars().
-  std::optional<FourBarAngle> four_bar = {};
+  /// How it follows the joints of `of`, in the order of their names, where it is no sum of them: the only one
+  /// in a four-bar linkage, see with_four_bars(), or by a table, see spline_through().
+  std::optional<Curve> curve = {};
 
   template <typename D = DependentJoint>
   static constexpr auto fields() {
@@ -33,8 +35,16 @@ struct DependentJoint {
         Field{"of",
               &D::of,
               "factors of the joints that it follows: `{ joint_2 = -1, joint_3 = 1 }`",
-              {.unit = "unit of the joint per unit of the other", .required = named}},
-        Field{"offset", &D::offset, "position where the others are at 0", {.unit = "rad or m"}});
+              {.otherwise = "those of `table`", .unit = "unit of the joint per unit of the other"}},
+        Field{"offset", &D::offset, "position where the others are at 0", {.unit = "rad or m"}},
+        Field{"table",
+              Key<std::filesystem::path>(),
+              "instead of a sum: text file with positions of the joint and of one to three others",
+              {.otherwise = "–", .unit = "rad or m"}},
+        Field{"columns",
+              Key<std::vector<std::string>>(),
+              "of `table`: columns of the joint, then of those of `of` in the order of their names",
+              {.otherwise = "the names of the joints"}});
   }
 };
 
@@ -60,6 +70,15 @@ struct FourBar {
               {.unit = "m", .required = named}});
   }
 };
+
+/// The spline through points, by least squares. Where there are none it goes on smoothly.
+///
+/// @param q   positions of the joints that are followed, (points × d)
+/// @param of  the positions that they lead to, (points)
+/// @throws InputError  no numbers; few points; none, or more than JointSpline::most_joints to follow; a joint that does
+///                     not move; points that are on no such spline to a hundredth of their range
+[[nodiscard]] JointSpline spline_through(const Eigen::Ref<const Matrix>& q,
+                                         const Eigen::Ref<const Vector>& of);
 
 /// The passive joints of linkages, of which `dependents` may name some, as joints that follow their cranks.
 ///

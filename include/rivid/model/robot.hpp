@@ -276,6 +276,9 @@ struct Robot {
   /// 6 on a floating base, else 0. The first six joints are then those of its pose in the world: x, y, z, yaw,
   /// pitch, roll. No drive moves them, and the links between them have no body.
   Index base_joints = 0;
+  /// Of all links that a floating base carries, where it is known: it fixes the scale where no torque is
+  /// measured, see known_mass() [kg].
+  std::optional<double> total_mass = {};
   std::vector<Finding> warnings;   ///< what the reader noticed and the user should know
   std::vector<std::string> notes;  ///< what was chosen for it
 
@@ -284,6 +287,11 @@ struct Robot {
 
   /// The first link that has a body, counted from 0: all behind it have one.
   [[nodiscard]] Index first_body() const { return std::max<Index>(base_joints - 1, 0); }
+
+  /// Whether a parameter is total_mass: M of the root.
+  [[nodiscard]] bool known_mass(const StandardParameter& p) const {
+    return total_mass && p.kind == ParameterKind::M && p.joint == first_body();
+  }
 
   /// Name of link j, counted from 0, those of dependent joints last.
   [[nodiscard]] const std::string& link_name(std::size_t j) const {

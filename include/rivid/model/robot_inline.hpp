@@ -405,6 +405,12 @@ RIVID_INLINE std::optional<std::string> Robot::complaint() const {
   if (auto fault = detail::order_complaint(chain)) {
     return fault;
   }
+  const auto slides = [](const Chain::Link& link) { return link.type == JointType::prismatic; };
+  if (total_mass && (!(*total_mass > 0.0) || !std::isfinite(*total_mass) || base_joints == 0 ||
+                     std::any_of(chain.links.begin() + base_joints, chain.links.end(), slides))) {
+    return "total_mass is " + number(*total_mass) +
+           " kg, must be positive, of a floating base without sliding links";
+  }
   for (std::size_t j = 0; j < joints.size(); ++j) {
     const Joint& joint = joints[j];
     const std::string who = "joint \"" + joint.name + "\": ";

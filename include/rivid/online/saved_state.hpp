@@ -83,14 +83,7 @@ class Fingerprint {
         add(of(type, R, p, axes, signs));
       }
       for (const Chain::Dependent& dependent : value.dependents) {
-        add(dependent.offset);
-        for (const auto& [joint, factor] : dependent.terms) {
-          add(of(joint, factor));
-        }
-        if (const auto& bar = dependent.four_bar) {
-          add(of(bar->ground, bar->crank, bar->coupler, bar->rocker, bar->crank_angle, bar->zero,
-                 bar->mirrored));
-        }
+        add(dependent.numbers());
       }
     } else {
       for (const auto& each : value) {

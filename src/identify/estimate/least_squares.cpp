@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "dense.hpp"
 #include "identify/estimate/estimate.hpp"
 #include "identify/rows/factors.hpp"
 
@@ -13,6 +14,24 @@ bool by_joint(const EstimationProblem& problem) {
 
 std::vector<double> ones(const EstimationProblem& problem) {
   return std::vector<double>(problem.data.groups.size(), 1.0);
+}
+
+// Robot::total_mass, whose column the rows have on the other side: as good as exact.
+LeastSquares with_known_mass(const EstimationProblem& problem, LeastSquares out) {
+  constexpr double relative_deviation = 1e-6;
+  for (Index c = 0; c < problem.base.size(); ++c) {
+    if (problem.robot.known_mass(problem.base.parameters[static_cast<std::size_t>(c)].leading)) {
+      const double mass = *problem.robot.total_mass;
+      const double deviation = relative_deviation * mass;
+      Matrix both(out.R.rows() + 1, out.R.cols());
+      both << out.R, Vector::Unit(out.R.cols(), c).transpose() / deviation;
+      out.R = triangular_factor(both).topRows(out.R.cols());
+      out.chi[c] = mass;
+      out.unit_covariance(c, c) = deviation * deviation;
+      out.rank += static_cast<Index>(std::erase(out.undetermined, std::vector<Index>{c}));
+    }
+  }
+  return out;
 }
 
 // The estimate whose triangle and covariance these are, its chi and statistics aside.
@@ -38,7 +57,8 @@ Estimate estimate_of(const EstimationProblem& problem, const LeastSquares& solut
 //
 // throws InputError where there are too few
 LeastSquares plain_solution(const EstimationProblem& problem, const std::vector<double>& weights) {
-  LeastSquares out = least_squares(problem.data.groups, problem.base.size(), weights);
+  LeastSquares out =
+      with_known_mass(problem, least_squares(problem.data.groups, problem.base.size(), weights));
   if (const Index rows = rows_of(problem.data.groups); rows <= out.rank) {
     problem.refuse_few_rows(rows);
   }
@@ -75,14 +95,14 @@ Estimate robust_estimate(const EstimationProblem& problem, const Robust& options
   std::vector<double> weights;
   reweighting.settle(make_rows, [&] {
     weights = by_joint(problem) ? reweighting.weights() : ones(problem);
-    const LeastSquares solution = least_squares(groups, b, weights);
+    const LeastSquares solution = with_known_mass(problem, least_squares(groups, b, weights));
     const double sigma = robust_deviation(reweighting.sums(), reweighting.loss(), weights);
     return Reweighting::Solution{solution.chi, sigma * solution.unit_covariance.diagonal().cwiseSqrt()};
   });
   report_robust(problem, options, reweighting, plain, out);
   const std::vector<RobustSums> sums = reweighting.sums();
   const RobustInformation information = robust_information(sums, reweighting.loss(), weights, b);
-  const LeastSquares A = least_squares(problem.data.groups, b, information.bread);
+  const LeastSquares A = with_known_mass(problem, least_squares(problem.data.groups, b, information.bread));
   Estimate estimate = estimate_of(problem, A, out);
   const Matrix C = sandwich(A, combined(problem.data.groups, b, information.meat).R());
   estimate.unit_covariance = C / (information.sigma * information.sigma);

@@ -95,16 +95,15 @@ std::span<const Log> within_window(std::span<const Log> logs, const SignalOption
 namespace {
 
 void require_reach(const Robot& robot, const Log& log) {
-  constexpr double all_round = 6.28;  // rad
   for (const Chain::Dependent& dependent : robot.chain.dependents) {
-    const auto& bar = dependent.four_bar;
-    const Index crank = dependent.terms.front().joint;
-    for (Index k = 0; bar && bar->most - bar->least < all_round && k < log.q.rows(); ++k) {
-      if (const double q = log.q(k, crank); q < bar->least || q > bar->most) {
-        throw InputError(log.place(k) + ": position of joint \"" +
-                         robot.joints[static_cast<std::size_t>(crank)].name + "\" is " + number(q, 4) +
-                         " rad, but the four-bar linkage of \"" + dependent.joint + "\" reaches from " +
-                         number(bar->least, 4) + " to " + number(bar->most, 4) + " rad");
+    for (const auto& [joint, least, most] : dependent.reach()) {
+      for (Index k = 0; k < log.q.rows(); ++k) {
+        if (const double q = log.q(k, joint); q < least || q > most) {
+          throw InputError(log.place(k) + ": position of joint \"" +
+                           robot.joints[static_cast<std::size_t>(joint)].name + "\" is " + number(q, 4) +
+                           ", but the linkage or table of \"" + dependent.joint + "\" reaches from " +
+                           number(least, 4) + " to " + number(most, 4));
+        }
       }
     }
   }
@@ -266,6 +265,22 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
       }
     }
     find_sign_columns(robot, base);
+  } else if (robot.base_joints > 0 && tau_->rightCols(tau_->cols() - robot.base_joints).isZero(0.0)) {
+    throw InputError(log.source + ": a floating base without torques needs exact rows ([signal] rows)");
+  }
+  find_known_mass(robot, base);
+}
+
+void RowSource::find_known_mass(const Robot& robot, const BaseParameters& base) {
+  known_mass_.resize(joints(), -1);
+  mass_ = robot.total_mass.value_or(0.0);
+  for (std::size_t j = 0; j < joints(); ++j) {
+    const auto at = std::ranges::find_if(columns(j), [&](Index c) {
+      return robot.known_mass(base.parameters[static_cast<std::size_t>(c)].leading);
+    });
+    if (at != columns(j).end()) {
+      known_mass_[j] = at - columns(j).begin();
+    }
   }
 }
 
@@ -522,8 +537,14 @@ void RowSource::fill_log(Stream& stream, Index sample, Index at, Index count,
   for (std::size_t j = 0; j < joints(); ++j) {
     const RowsTarget& W = targets[j];
     fill_signs(j, sample, count, W.data + at, W.ld);
-    std::copy_n(tau_->col(static_cast<Index>(j)).data() + sample, count,
-                W.data + static_cast<Index>(columns(j).size()) * W.ld + at);
+    double* const y = W.data + static_cast<Index>(columns(j).size()) * W.ld + at;
+    std::copy_n(tau_->col(static_cast<Index>(j)).data() + sample, count, y);
+    if (known_mass_[j] >= 0) {  // what it needs stands on the other side
+      double* const column = W.data + known_mass_[j] * W.ld + at;
+      for (Index k = 0; k < count; ++k) {
+        y[k] -= mass_ * std::exchange(column[k], 0.0);
+      }
+    }
   }
 }
 

@@ -189,6 +189,7 @@ class RowSource {
   [[nodiscard]] std::vector<RowsTarget> targets_of(const Stream& stream, std::size_t motion) const;
   void fill_log(Stream& stream, Index sample, Index at, Index count, BatchWorkspace& workspace) const;
   void find_sign_columns(const Robot& robot, const BaseParameters& base);
+  void find_known_mass(const Robot& robot, const BaseParameters& base);
   // The columns of friction that follows the load, of the rows [V … W Y] in a room.
   void fill_loads(std::size_t j, const RowsRoom& room, const Parts& parts, Index first, Index count) const;
   void fill_signs(std::size_t j, Index sample, Index count, double* W, Index ld) const;
@@ -210,6 +211,8 @@ class RowSource {
   const Matrix* tau_ = nullptr;
   std::vector<MotionMask> masks_;
   std::vector<std::vector<SignColumn>> sign_columns_;  // of each joint, where the mask smoothed its velocity
+  std::vector<Index> known_mass_;  // its column among those of each joint, −1 where there is none
+  double mass_ = 0.0;
   bool all_kept_ = false;
   bool load_by_row_ = false;  // the load is computed from decimated rows
 };
