@@ -490,31 +490,29 @@ class OutputError {
     out.bread = solution_.unit_covariance;
     out.of_prior = (sigma() * prior_weights_).cwiseAbs2();
     std::vector<Duration> compared;  // as logs of the instants
+    std::vector<Duration> once;      // without what repeats
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       compared.push_back({errors_[k].rows(), 1.0 / every_[k]});
+      once.push_back({period(k), 1.0 / every_[k]});
     }
     const TimeIntervals intervals(compared, *std::ranges::max_element(every_));
-    const TimeBlocks blocks(compared, blocks_of_time);
+    const TimeBlocks blocks(once, blocks_of_time);
     out.interval = intervals.seconds();
     out.blocks.assign(static_cast<std::size_t>(blocks.count()), {Matrix::Zero(b, b), Vector::Zero(b)});
     for (std::size_t k = 0; k < errors_.size(); ++k) {
-      std::vector<Index> instants(static_cast<std::size_t>(errors_[k].rows()));
-      std::iota(instants.begin(), instants.end(), Index{0});
-      const Index repeats = period(k);
+      const Index repeats = once[k].samples;
       Matrix& series = out.series.emplace_back(Matrix::Zero(intervals.of(k, repeats - 1) + 1, b));
-      blocks.divide(k, instants, [&](Index at, Index first, Index count) {
-        BlockSums& block = out.blocks[static_cast<std::size_t>(at)];
+      for (Index i = 0; i < errors_[k].rows(); ++i) {
+        BlockSums& block = out.blocks[static_cast<std::size_t>(blocks.of(k, i % repeats))];
         for (Index j = 0; j < problem_.joints(); ++j) {
           const double w = weights_[j] * weights_[j];
-          const auto J = derivatives_[k][static_cast<std::size_t>(j)].middleRows(first, count);
-          const auto e = errors_[k].col(j).segment(first, count);
+          const auto J = derivatives_[k][static_cast<std::size_t>(j)].row(i);
+          const Vector score = w * errors_[k](i, j) * J.transpose();
           block.ZW.noalias() += w * J.transpose() * J;
-          block.Z_rho.noalias() += w * J.transpose() * e;
-          for (Index i = 0; i < count; ++i) {
-            series.row(intervals.of(k, (first + i) % repeats)) += w * e[i] * J.row(i);
-          }
+          block.Z_rho += score;
+          series.row(intervals.of(k, i % repeats)) += score;
         }
-      });
+      }
     }
     return out;
   }
