@@ -318,8 +318,10 @@ TEST_F(LoopMethods, OutputErrorFindsGainsAndDelayButForTheirScale) {
     ASSERT_EQ(gains.size(), 5U);
     // Against the first gain, of which the scale is.
     const double scale = gains[0].value / true_gains[0];
+    double logarithms = 0.0;
     for (Index i = 0; i < 4; ++i) {
       const rivid::LoopEstimate& gain = gains[static_cast<std::size_t>(i)];
+      logarithms += std::log(gain.value / gain.prior);
       EXPECT_EQ(gain.name, i < 2 ? "K_d" : "K_p");
       EXPECT_EQ(gain.joint, robot.joints[static_cast<std::size_t>(i % 2)].name);
       EXPECT_EQ(gain.prior, given_gains[i]);
@@ -328,6 +330,8 @@ TEST_F(LoopMethods, OutputErrorFindsGainsAndDelayButForTheirScale) {
       EXPECT_NEAR(gain.sigma / gain.value, 0.5 * prior, 0.01) << gain.name;
       count(gain.interval_95, true_gains[i]);
     }
+    // What is too large by a factor weighs as much as what is too small by it.
+    EXPECT_NEAR(logarithms, 0.0, 1e-3);
     EXPECT_EQ(gains[4].name, "delay");
     EXPECT_NEAR(gains[4].value, delay, 0.2);
     EXPECT_LT(gains[4].sigma, 0.1);
