@@ -7,7 +7,7 @@ its torque comes 0 to 40 ms late. The experiment file has gains off by 10 %, a d
 
     95 % intervals that hold the true base parameter, gain and delay
     the same without the scale of all, which is one draw of the gains an arm: K_p is known exactly ("known")
-    error of the delay in samples, and its standard deviation
+    error of the delay in samples, and over its standard deviation
     seconds, status and warnings
 
     venv/bin/python benchmarks/servos_pinocchio.py build/test/apps/rivid [COUNT [FIRST [known]]]      # packages: pin, numpy
@@ -152,7 +152,7 @@ def main():
     program, count, first = str(pathlib.Path(sys.argv[1]).resolve()), int((sys.argv[2:] or ["20"])[0]), int((sys.argv[3:] or ["1"])[0])
     known_scale = sys.argv[4:] == ["known"]
     held = {"parameters": [], "K_p": [], "K_d": [], "delay": []}
-    scaled, delays, failed = [], [], 0
+    scaled, delays, scores, failed = [], [], [], 0
     for seed in range(first, first + count):
         with tempfile.TemporaryDirectory() as temporary:
             folder = pathlib.Path(temporary)
@@ -177,6 +177,7 @@ def main():
             mine[one["name"]].append(one["interval_95"][0] <= true <= one["interval_95"][1])
             if one["name"] == "delay":
                 delays.append(one["value"] - true)
+                scores.append(delays[-1] / one["sigma"])
                 delay = f"delay {true:.3f}, found {one['value']:.4f} ± {one['sigma']:.4f}"
         for name in held:
             held[name] += mine[name]
@@ -187,7 +188,8 @@ def main():
     for name, hits in ((name, hits) for name, hits in held.items() if hits):
         print(f"{name}: {sum(hits)} of {len(hits)} intervals hold the truth, {100 * np.mean(hits):.1f} %")
     print(f"rms of error over sigma of the parameters: {np.sqrt(np.mean(np.square(scaled))):.2f}")
-    print(f"error of the delay [samples]: rms {np.sqrt(np.mean(np.square(delays))):.4f}, largest {np.abs(delays).max():.4f}")
+    print(f"error of the delay [samples]: rms {np.sqrt(np.mean(np.square(delays))):.4f}, largest {np.abs(delays).max():.4f}; "
+          f"over sigma: mean {np.mean(scores):.2f}, deviation {np.std(scores):.2f}")  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -4,8 +4,8 @@
 
 FOLDER has pendulum.urdf and feetech_1.csv … feetech_4.csv, one motion each (bench of Rhoban BAM; columns t, q, goal). The law is
 u = sat(goal - q), in units of the drive's gain, which no such log shows. Each motion is fitted by rivid's weighted least squares on
-torques that are those of the law, by its output error, and by scipy.optimize.least_squares over the simulated loop; both models are
-simulated by MuJoCo on the three other motions. Packages and exit code 77: as methods.py.
+torques that are those of the law, by its output error, and by scipy.optimize.least_squares over the simulated loop, the best of three
+starts; the models are simulated by MuJoCo on the three other motions. Packages and exit code 77: as methods.py.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ ARM = 0.12  # m, of the weight
 MOTIONS = (1, 3, 4)  # with the torque on all the time
 NAMES = ("inertia", "m l", "viscous", "Coulomb")  # over the gain: rad s², rad s²/m, s, rad
 START = np.array([0.005, 0.05, 0.02, 0.01])
+STARTS = (0.5, 1, 2)  # times START: from each SciPy goes to another minimum, of which the lowest counts
 GRAVITY = 9.81
 
 
@@ -85,7 +86,8 @@ class Loop:
 
 def by_scipy(loop: Loop, folder: Path, number: int) -> np.ndarray:
     motion = Motion.read(log_of(folder, number))
-    return least_squares(lambda x: loop.motion(x, motion) - motion.q, START, x_scale=START, diff_step=1e-3).x
+    ends = [least_squares(lambda x: loop.motion(x, motion) - motion.q, k * START, x_scale=START, diff_step=1e-3) for k in STARTS]
+    return min(ends, key=lambda end: end.cost).x
 
 
 def by_rivid(method: str) -> Callable[[Loop, Path, int], np.ndarray]:

@@ -4,7 +4,7 @@
 
 Each figure is a function: it runs the built tools, reads their JSON and CSV, and draws. Torques are those of the C headers that
 rivid_identify writes, compiled by `cc`. --quick makes fewer simulations, for the test. report.png is a screenshot; it is left out
-where no Chromium is, guide.png and rollouts.png without the logs of --data.
+where no Chromium is, guide.png, rollouts.png and samples.png without the logs of --data.
 """
 
 from __future__ import annotations
@@ -775,6 +775,63 @@ def rollouts(shop: Workshop) -> None:
     axes[0].set_ylabel("error of all joints [rad]")
     axes[0].legend()
     shop.save("rollouts")
+
+
+@figure
+def samples(shop: Workshop) -> None:
+    """Description, estimate and samples of it in MuJoCo, by the torques of a log that was not used in the fit, beside that log."""
+    try:
+        import mujoco
+    except ImportError:
+        print("figures: skipped samples: no MuJoCo")
+        return
+    if shop.data is None or not (shop.data / "dfki_double_pendulum").is_dir():
+        print("figures: skipped samples: no logs of real robots")
+        return
+    folder = shop.data / "dfki_double_pendulum"
+    (shop.work / "samples.toml").write_text(
+        f'[robot]\nurdf = "{folder}/acrobot.urdf"\nfriction = "symmetric"\n[log]\nfiles = ["{folder}/run_1.csv", "{folder}/run_2.csv"]\n'
+        'time = "time"\nposition = ["q1", "q2"]\ntorque = ["tau1", "tau2"]\nirregular = "resample"\n[method]\nname = "wls"\n', encoding="utf-8")
+    shop.run("rivid_identify", "samples.toml", "--physical", "--output", "samples", "--quiet", "--force", statuses=(0, 1))
+    for options in (("--output", "samples/estimate.xml"), ("--output", "samples/drawn.xml", "--samples", 64)):
+        shop.run("rivid_identify", "export", "samples", "--to", "mjcf", "--force", *options)
+    table = np.genfromtxt(folder / "run_3.csv", delimiter=",", names=True)
+    step, length = 0.002, 150
+    t = np.arange(table["time"][0], table["time"][-1], step)
+    q, tau = (np.column_stack([np.interp(t, table["time"], table[f"{what}{j}"]) for j in (1, 2)]) for what in ("q", "tau"))
+    starts = range(1000, 2000, length)
+
+    def moved(file: Path) -> Array:
+        """Positions in windows of the log, each from its measured start; one row of gaps between them."""
+        model = mujoco.MjModel.from_xml_path(str(file))
+        model.opt.timestep = step
+        out = []
+        for first in starts:
+            data = mujoco.MjData(model)
+            near = first + np.arange(-5, 6)
+            data.qpos[:], data.qvel[:] = q[first], np.polyfit(t[near], q[near], 1)[0]
+            for k in range(first, first + length):
+                out.append(data.qpos.copy())
+                data.qfrc_applied[:] = tau[k]
+                mujoco.mj_step(model, data)
+            out[-1][:] = np.nan
+        return np.array(out)
+
+    shown = np.arange(starts[0], starts[-1] + length)
+    drawn = [moved(shop.work / f"samples/drawn_{k:03}.xml") for k in range(64)]
+    models = (("robot description", OTHER, moved(folder / "acrobot.urdf")), ("estimate", MODEL, moved(shop.work / "samples/estimate.xml")))
+    _, axes = plt.subplots(2, 1, figsize=(8, 5), sharex=True, layout="constrained")
+    for j, axis in enumerate(axes):
+        for k, one in enumerate(drawn):
+            axis.plot(t[shown], one[:, j], color=RESIDUAL, lw=0.5, alpha=0.6, label=None if k else "64 samples")
+        for label, colour, one in models:
+            axis.plot(t[shown], one[:, j], color=colour, lw=1.8, label=label)
+        axis.plot(t[shown], q[shown, j], "--", color="black", lw=1.5, label="log")
+        axis.set(ylabel=f"joint {j + 1} [rad]")
+    axes[0].set_title("Double pendulum in MuJoCo by logged torques, each 0.3 s anew from the measured state")
+    axes[0].legend(ncols=4)
+    axes[1].set_xlabel("t [s]")
+    shop.save("samples")
 
 
 @figure

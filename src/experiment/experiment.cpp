@@ -217,7 +217,7 @@ Identification identify_logs(const Experiment& experiment, std::span<const Log> 
     if (found.output_error) {
       room[0] =
           detail::with_control_of_loop(logs, experiment.log, experiment.robot, found.output_error->loop);
-      room[1] = detail::with_control_of_loop(validation, experiment.log, experiment.robot,
+      room[1] = detail::with_control_of_loop(validation, experiment.validation, experiment.robot,
                                              found.output_error->loop);
       logs = room[0];
       validation = room[1];

@@ -91,9 +91,10 @@ TEST_F(ControlOfTheLaw, GivesTheParametersThatTorquesGive) {
 // What is judged is the control signal of the loop that output error finds, not that of the given one.
 TEST_F(ControlOfTheLaw, IsThatOfTheEstimatedLoop) {
   const std::string method = "[method]\nname = \"output_error\"\n";
-  const auto law = [&](const std::string& k_p, const std::string& more) {
-    return run(experiment(reference_, "[control]\nlaw = \"pd\"\nrate_hz = 200\nk_v = [7.488, 1.24]\nk_p = " +
-                                          k_p + "\ndelay = 1\n" + more + method));
+  const auto law = [&](const std::string& k_p, const std::string& more, const std::string& validation = "") {
+    return run(experiment(
+        reference_, validation + "[control]\nlaw = \"pd\"\nrate_hz = 200\nk_v = [7.488, 1.24]\nk_p = " + k_p +
+                        "\ndelay = 1\n" + more + method));
   };
   const Identification known = run(experiment(reference_ + "control = [\"w1\", \"w2\"]\n", law_ + method));
   // There is no delay: its estimate leaves what the logged signals leave.
@@ -103,6 +104,10 @@ TEST_F(ControlOfTheLaw, IsThatOfTheEstimatedLoop) {
   // The given loop leaves 0.063.
   EXPECT_LT(found.fit.relative_error, 0.03);
   EXPECT_EQ(found.output_error->loop.front().prior, 0.55);
+  // A lag of the validation log is that log's own.
+  const Identification lagged = law("[0.5, 5]", "delay_sigma = 1\n", "torque_lag = 8\n");
+  EXPECT_EQ(lagged.fit.relative_error, late.fit.relative_error);
+  EXPECT_GT(lagged.validation.front().fit.relative_error, 2.0 * late.validation.front().fit.relative_error);
   for (const Identification* const one : {&late, &found}) {
     EXPECT_EQ(one->status, Status::identified);
     EXPECT_TRUE(one->warnings.empty()) << one->warnings.front().text;

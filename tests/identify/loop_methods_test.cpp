@@ -318,8 +318,10 @@ TEST_F(LoopMethods, OutputErrorFindsGainsAndDelayButForTheirScale) {
     ASSERT_EQ(gains.size(), 5U);
     // Against the first gain, of which the scale is.
     const double scale = gains[0].value / true_gains[0];
+    double logarithms = 0.0;
     for (Index i = 0; i < 4; ++i) {
       const rivid::LoopEstimate& gain = gains[static_cast<std::size_t>(i)];
+      logarithms += std::log(gain.value / gain.prior);
       EXPECT_EQ(gain.name, i < 2 ? "K_d" : "K_p");
       EXPECT_EQ(gain.joint, robot.joints[static_cast<std::size_t>(i % 2)].name);
       EXPECT_EQ(gain.prior, given_gains[i]);
@@ -328,6 +330,8 @@ TEST_F(LoopMethods, OutputErrorFindsGainsAndDelayButForTheirScale) {
       EXPECT_NEAR(gain.sigma / gain.value, 0.5 * prior, 0.01) << gain.name;
       count(gain.interval_95, true_gains[i]);
     }
+    // What is too large by a factor weighs as much as what is too small by it.
+    EXPECT_NEAR(logarithms, 0.0, 1e-3);
     EXPECT_EQ(gains[4].name, "delay");
     EXPECT_NEAR(gains[4].value, delay, 0.2);
     EXPECT_LT(gains[4].sigma, 0.1);
@@ -365,19 +369,24 @@ TEST_F(LoopMethods, OutputErrorCountsErrorsThatRepeatOnce) {
   log.q_r = run.q_r;
   const Index samples = run.t.size();
   const Matrix errors = rivid::white_noise(1, 1, samples, Vector::Constant(2, encoder_noise));
-  const auto sigma = [&](const Matrix& added) {
+  const auto found = [&](const Matrix& added, double delay_sigma) {
     log.q = run.q_measured + added;
     Estimation method = comparing(iv(), Iv::Compares::positions);
     std::get<Iv>(method.method).control = fast;
-    // Without an unknown the distance from IDIM-IV counts too.
-    std::get<Iv>(method.method).delay_sigma = 1.0;
-    const Identification found = identify(robot, log, method);
-    EXPECT_EQ(found.status, Status::identified);
-    return Vector(found.C_chi.diagonal().cwiseSqrt());
+    std::get<Iv>(method.method).delay_sigma = delay_sigma;
+    Identification out = identify(robot, log, method);
+    EXPECT_EQ(out.status, Status::identified);
+    return out;
+  };
+  // Without an unknown the distance from IDIM-IV counts too.
+  const auto sigma = [&](const Matrix& added) {
+    return Vector(found(added, 1.0).C_chi.diagonal().cwiseSqrt());
   };
   const Matrix again = errors.topRows(period).replicate(periods + 1, 1).topRows(samples);
   const Vector ratio = sigma(again).cwiseQuotient(sigma(errors));
   EXPECT_NEAR(std::exp(ratio.array().log().mean()), std::sqrt(3.0), 0.25) << ratio.transpose();
+  // So do blocks of time: those of each period by itself would scatter by the root of a third.
+  EXPECT_GT(found(again, 0.0).covariance.block_ratio, 0.8);
 }
 
 TEST_F(LoopMethods, RefuseWhatTheyCanNotDo) {

@@ -246,10 +246,19 @@ class OutputError {
     return rms(errors).cwiseProduct(weights_).squaredNorm();
   }
 
-  // With what the unknowns of the loop are off what was known of them, as the last linearisation weighs it.
+  // What the unknowns of the loop are off what was known of them, in its deviations. Of gains it is the
+  // logarithm: by differences the scale of many gains would come out too small, where they scatter less.
+  [[nodiscard]] Vector off(const Vector& chi) const {
+    return Vector::NullaryExpr(prior_.size(), [&](Index i) {
+      const double value = chi[base().size() + i];
+      return (is_gain(i) ? std::log(value / prior_[i]) : value - prior_[i]) / prior_sigma_[i];
+    });
+  }
+  [[nodiscard]] bool is_gain(Index i) const { return unknowns_[static_cast<std::size_t>(i)].gain >= 0; }
+
+  // With them, as the last linearisation weighs them.
   [[nodiscard]] double cost(const PositionErrors& errors, const Vector& chi) const {
-    const Vector off = (chi.tail(prior_.size()) - prior_).cwiseProduct(prior_weights_);
-    return misfit(errors) + off.squaredNorm() / static_cast<double>(count_);
+    return misfit(errors) + (off_weight_ * off(chi)).squaredNorm() / static_cast<double>(count_);
   }
 
   // Standard deviation of a weighted position error.
@@ -296,10 +305,14 @@ class OutputError {
         qr.add(weights_[j] * derivatives_[k][static_cast<std::size_t>(j)], weights_[j] * errors_[k].col(j));
       }
     }
-    prior_weights_ = sigma() * prior_sigma_.cwiseInverse();
+    off_weight_ = sigma();
+    prior_weights_ = off_weight_ * prior_sigma_.cwiseInverse();
+    for (Index i = 0; i < prior_.size(); ++i) {
+      prior_weights_[i] /= is_gain(i) ? chi_[base().size() + i] : 1.0;
+    }
     Matrix prior = Matrix::Zero(prior_.size(), b);
     prior.rightCols(prior_.size()) = prior_weights_.asDiagonal();
-    qr.add(prior, prior_weights_.cwiseProduct(prior_ - chi_.tail(prior_.size())));
+    qr.add(prior, -off_weight_ * off(chi_));
     solution_ = solved(std::move(qr));
     if (!solution_.full_rank()) {
       for (std::vector<Index>& set : solution_.undetermined) {
@@ -337,9 +350,9 @@ class OutputError {
     if (grown < scale_seen * scale_seen * one) {
       // The scale is that which is known beforehand: no simulation is needed for it, nor tells it.
       Vector alike = Vector::Ones(chi_.size());
-      const Vector known = prior_sigma_.cwiseAbs2().cwiseInverse();
-      const Vector factors = scale.tail(prior_.size());
-      const double factor = factors.dot(known) / factors.cwiseAbs2().dot(known);
+      const Vector known =
+          (scale.tail(prior_.size()).array() != 0.0).select(prior_sigma_.cwiseInverse(), 0.0);
+      const double factor = std::exp(-known.dot(off(chi_)) / known.squaredNorm());
       alike = (scale.array() != 0.0).select(factor * alike, alike);
       chi_ = chi_.cwiseProduct(alike);
       scale = scale.cwiseProduct(alike);
@@ -490,31 +503,29 @@ class OutputError {
     out.bread = solution_.unit_covariance;
     out.of_prior = (sigma() * prior_weights_).cwiseAbs2();
     std::vector<Duration> compared;  // as logs of the instants
+    std::vector<Duration> once;      // without what repeats
     for (std::size_t k = 0; k < errors_.size(); ++k) {
       compared.push_back({errors_[k].rows(), 1.0 / every_[k]});
+      once.push_back({period(k), 1.0 / every_[k]});
     }
     const TimeIntervals intervals(compared, *std::ranges::max_element(every_));
-    const TimeBlocks blocks(compared, blocks_of_time);
+    const TimeBlocks blocks(once, blocks_of_time);
     out.interval = intervals.seconds();
     out.blocks.assign(static_cast<std::size_t>(blocks.count()), {Matrix::Zero(b, b), Vector::Zero(b)});
     for (std::size_t k = 0; k < errors_.size(); ++k) {
-      std::vector<Index> instants(static_cast<std::size_t>(errors_[k].rows()));
-      std::iota(instants.begin(), instants.end(), Index{0});
-      const Index repeats = period(k);
+      const Index repeats = once[k].samples;
       Matrix& series = out.series.emplace_back(Matrix::Zero(intervals.of(k, repeats - 1) + 1, b));
-      blocks.divide(k, instants, [&](Index at, Index first, Index count) {
-        BlockSums& block = out.blocks[static_cast<std::size_t>(at)];
+      for (Index i = 0; i < errors_[k].rows(); ++i) {
+        BlockSums& block = out.blocks[static_cast<std::size_t>(blocks.of(k, i % repeats))];
         for (Index j = 0; j < problem_.joints(); ++j) {
           const double w = weights_[j] * weights_[j];
-          const auto J = derivatives_[k][static_cast<std::size_t>(j)].middleRows(first, count);
-          const auto e = errors_[k].col(j).segment(first, count);
+          const auto J = derivatives_[k][static_cast<std::size_t>(j)].row(i);
+          const Vector score = w * errors_[k](i, j) * J.transpose();
           block.ZW.noalias() += w * J.transpose() * J;
-          block.Z_rho.noalias() += w * J.transpose() * e;
-          for (Index i = 0; i < count; ++i) {
-            series.row(intervals.of(k, (first + i) % repeats)) += w * e[i] * J.row(i);
-          }
+          block.Z_rho += score;
+          series.row(intervals.of(k, i % repeats)) += score;
         }
-      });
+      }
     }
     return out;
   }
@@ -528,7 +539,8 @@ class OutputError {
   Index count_ = 0;                           // of all logs
   std::vector<LoopUnknown> unknowns_;         // g, behind χ in all that follows
   Vector prior_, prior_sigma_;                // of them, (g)
-  Vector prior_weights_;                      // of their deviation from it, beside weighted positions, (g)
+  double off_weight_ = 0.0;                   // of off(), beside weighted positions
+  Vector prior_weights_;                      // the same of their differences, (g)
   Vector steps_;                              // of the differences, (b + g)
   SimulatedLoops gains_;                      // of the start, whose control law all others have
   Vector chi_;
