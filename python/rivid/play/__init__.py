@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -22,6 +23,9 @@ from rivid.robot import Robot
 from rivid.types import ArrayLike, Floats
 
 __all__ = ["Arm", "Path", "Recording", "Simulated", "State", "Streamed", "play"]
+
+
+_NEAR = 0.02  # rad, m; what is left of the way to the beginning is gone within a second
 
 
 class Recording(NamedTuple):
@@ -82,7 +86,7 @@ def play(
         watch.gain = _gains(robot)
     runs: list[Recording] = []
     for speed in speeds:
-        _must_stand_at(begin, arm, robot.joints, near)
+        _must_stand_at(begin, arm, robot.joints)
         if (why := watch.too_much_at(speed)) is not None:
             raise InputError(f"play: at {100 * speed:g} % {why}")
         if go is not None and not go(speed, runs[-1] if runs else None):
@@ -104,11 +108,13 @@ def _run(folder: File, path: Path, arm: Arm, watch: Watch, speed: float, force: 
     stopped: str | None = None
     try:
         arm.begin(path, speed)
-        while (state := _stepped(arm)) is not None:
-            if isinstance(state, State):
+        while True:
+            try:
+                if (state := arm.step()) is None:
+                    break
                 states.append(state)
                 said = watch.complaint(state)
-            else:
+            except KeyboardInterrupt:
                 said = "interrupted"
             if stopped is None and said is not None:
                 stopped = said
@@ -118,19 +124,15 @@ def _run(folder: File, path: Path, arm: Arm, watch: Watch, speed: float, force: 
             stopped = "the robot's controller ended the motion"
     except Exception as error:
         stopped = str(error)
+        with contextlib.suppress(Exception):
+            arm.stop()
+            while arm.step() is not None:
+                pass
         raise
     finally:
         if states:
             _write(file, folder, arm, states, speed, stopped)
     return Recording(speed, file, stopped, watch.worst_tracking, watch.worst_torque)
-
-
-def _stepped(arm: Arm) -> State | KeyboardInterrupt | None:
-    """As step(); an interrupt is returned, for the arm still has to be brought to rest."""
-    try:
-        return arm.step()
-    except KeyboardInterrupt as interrupt:
-        return interrupt
 
 
 def _write(file: File, folder: File, arm: Arm, states: list[State], speed: float, stopped: str | None) -> None:
@@ -146,13 +148,13 @@ def _write(file: File, folder: File, arm: Arm, states: list[State], speed: float
     write_file(file, "\n".join(text), ".csv", [folder / "plan.json"])
 
 
-def _must_stand_at(begin: Floats, arm: Arm, names: list[str], near: Floats) -> None:
+def _must_stand_at(begin: Floats, arm: Arm, names: list[str]) -> None:
     q = arm.position()
-    far = np.flatnonzero(np.abs(q - begin) > near)
+    far = np.flatnonzero(np.abs(q - begin) > _NEAR)
     if len(far):
         j = far[0]
         raise InputError(
-            f"{names[j]} is at {q[j]:.4g}, must be within {near[j]:g} of {begin[j]:.4g}, where the motion begins;"
+            f"{names[j]} is at {q[j]:.4g}, must be within {_NEAR:g} of {begin[j]:.4g}, where the motion begins;"
             " lead_from in [excitation] plans a way from where the robot stands"
         )
 

@@ -88,10 +88,16 @@ class Streamed:
     """What arms share that are sent a position each period. They stop along the path, which is known to be free."""
 
     stop_seconds = 0.4
+    begin_seconds = 1.0  # within which they come from where they stand onto the path
 
     def begin(self, path: Path, speed: float) -> None:
         """Begins to play, at so many times the speed."""
         self._path, self._s, self._rate, self._braking = path, 0.0, speed, 0.0
+        self._played, self._beside = 0.0, self.position() - path.at(0.0)[0]
+
+    def position(self) -> Floats:
+        """Where it stands."""
+        raise NotImplementedError
 
     def stop(self) -> None:
         """Slows down along the path."""
@@ -106,4 +112,7 @@ class Streamed:
         self._rate = max(self._rate - self._braking * seconds, 0.0)
         self._s = min(self._s + self._rate * seconds, self._path.duration)
         q, qd, qdd = self._path.at(self._s)
+        self._played += seconds
+        u = min(self._played / self.begin_seconds, 1.0)
+        q = q + (1.0 - u**3 * (10.0 + u * (6.0 * u - 15.0))) * self._beside
         return self._s, (q, self._rate * qd, self._rate**2 * qdd - self._braking * qd)
