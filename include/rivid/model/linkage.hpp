@@ -203,11 +203,11 @@ JointSpline::Basis<Scalar> JointSpline::basis(std::size_t axis, const Scalar& q)
   const Scalar one(1.0);
   const Scalar u = one - t;
   const Scalar half(0.5);
-  const Scalar sixth(1.0 / 6.0);
+  const auto sixth = static_cast<Scalar>(1.0 / 6.0);
   const Scalar three(3.0);
   const Scalar four(4.0);
-  const Scalar p(per);
-  const Scalar pp(per * per);
+  const auto p = static_cast<Scalar>(per);
+  const auto pp = static_cast<Scalar>(per * per);
   return {static_cast<std::size_t>(cell),
           {{{u * u * u * sixth, (three * t * t * t - Scalar(6.0) * t * t + four) * sixth,
              (three * u * u * u - Scalar(6.0) * u * u + four) * sixth, t * t * t * sixth},
