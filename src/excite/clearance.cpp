@@ -181,6 +181,7 @@ Clearances::Clearances(const Robot& robot, const Space& space, const Vector& low
   std::string assumed;
   for (Body& body : bodies_) {
     double reach = 0.0;
+    std::vector<Ball>& balls = balls_.emplace_back();
     for (Hull& part : body.parts) {
       if (body.joint >= 0) {
         // The user's link frame has the origin of frame j and its axes, renamed.
@@ -188,6 +189,8 @@ Clearances::Clearances(const Robot& robot, const Space& space, const Vector& low
         part.points = (link_axes(link).transpose() * part.points).eval();
       }
       reach = std::max(reach, part.points.colwise().norm().maxCoeff());
+      const Vector3d centre = 0.5 * (part.points.rowwise().minCoeff() + part.points.rowwise().maxCoeff());
+      balls.push_back({centre, (part.points.colwise() - centre).colwise().norm().maxCoeff() + part.radius});
     }
     reach_.push_back(reach);
     if (body.is_assumed) {
@@ -302,8 +305,10 @@ Clearances::Nearest Clearances::nearest_of(const BodyPair& pair, const std::vect
       out = {cores, radii};
     }
   };
-  for (const Hull& part : body.parts) {
-    const PlacedHull first{part.points, frame(body)};
+  for (std::size_t i = 0; i < body.parts.size(); ++i) {
+    const Hull& part = body.parts[i];
+    const LinkPose at = frame(body);
+    const PlacedHull first{part.points, at};
     if (pair.half_space >= 0) {
       const HalfSpace& free = half_spaces_[static_cast<std::size_t>(pair.half_space)];
       const Vector3d lowest = first.farthest(-free.normal);
@@ -311,8 +316,17 @@ Clearances::Nearest Clearances::nearest_of(const BodyPair& pair, const std::vect
       continue;
     }
     const Body& other = bodies_[static_cast<std::size_t>(pair.other)];
-    for (const Hull& second : other.parts) {
-      take(separation(first, {second.points, frame(other)}), part.radius + second.radius);
+    const LinkPose at_other = frame(other);
+    for (std::size_t k = 0; k < other.parts.size(); ++k) {
+      // Most parts of two links with many are farther apart than the nearest.
+      const Ball& ball = balls_[pair.body][i];
+      const Ball& second_ball = balls_[static_cast<std::size_t>(pair.other)][k];
+      const double apart = (at.R * ball.centre + at.o - at_other.R * second_ball.centre - at_other.o).norm() -
+                           ball.radius - second_ball.radius;
+      if (apart < out.distance()) {
+        const Hull& second = other.parts[k];
+        take(separation(first, {second.points, at_other}), part.radius + second.radius);
+      }
     }
   }
   return out;

@@ -69,6 +69,11 @@ class Clearances {
   [[nodiscard]] Matrix along(const std::vector<std::vector<LinkPose>>& motion, double beyond) const;
 
  private:
+  // That a part lies within.
+  struct Ball {
+    Eigen::Vector3d centre;
+    double radius = 0.0;
+  };
   // Nearest parts, without the radii that are about them.
   struct Nearest {
     Separation cores;
@@ -88,8 +93,9 @@ class Clearances {
 
   const Robot& robot_;
   std::vector<HalfSpace> half_spaces_;
-  std::vector<Body> bodies_;   // parts in the frames of the joints
-  std::vector<double> reach_;  // of each body from the origin of its frame [m]
+  std::vector<Body> bodies_;              // parts in the frames of the joints
+  std::vector<std::vector<Ball>> balls_;  // of their parts
+  std::vector<double> reach_;             // of each body from the origin of its frame [m]
   std::vector<BodyPair> pairs_;
   std::vector<bool> kept_;
 };
