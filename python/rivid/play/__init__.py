@@ -36,14 +36,16 @@ class Recording(NamedTuple):
     stopped: str | None  # why, where the robot was stopped
     tracking: Floats  # largest distance of each joint from what it was told within 0.2 s [rad, m]
     torque: Floats  # of its torque from the forecast [N m, N]
+    unwatched: list[str]  # joints whose torque is not known, so that only their positions were watched
 
     def __str__(self) -> str:
         worst = int(np.argmax(self.tracking))
         end = "was stopped: " + self.stopped if self.stopped is not None else "done"
+        blind = f"; torques not watched: {', '.join(self.unwatched)}" if self.unwatched else ""
         far = ", ".join(f"{value:.3g}" for value in self.torque)
         return (
             f"{100 * self.speed:g} %: {end}; {self.file}\n"
-            f"  up to {self.tracking[worst]:.2g} from the positions told (joint {worst + 1}), torques up to {far} from the forecast"
+            f"  up to {self.tracking[worst]:.2g} from the positions told (joint {worst + 1}), torques up to {far} from the forecast{blind}"
         )
 
 
@@ -80,6 +82,9 @@ def play(
         raise InputError(f"{folder}: the motion ends elsewhere than it begins, so it can be played once; give one speed")
     limits = _limits(folder, robot)
     band = 0.25 * limits["torque"] if torque_band is None else each("play: torque_band", torque_band, len(robot))
+    if not np.isfinite(band).all():
+        j = int(np.flatnonzero(~np.isfinite(band))[0])
+        raise InputError(f"play: {robot.joints[j]} has no torque limit, so torque_band must say how far its torque may be from the forecast")
     near = each("play: tracking", tracking, len(robot))
     watch = Watch(robot, path, limits, near, band)
     if arm.effort != "tau":
@@ -132,7 +137,7 @@ def _run(folder: File, path: Path, arm: Arm, watch: Watch, speed: float, force: 
     finally:
         if states:
             _write(file, folder, arm, states, speed, stopped)
-    return Recording(speed, file, stopped, watch.worst_tracking, watch.worst_torque)
+    return Recording(speed, file, stopped, watch.worst_tracking, watch.worst_torque, watch.unwatched())
 
 
 def _write(file: File, folder: File, arm: Arm, states: list[State], speed: float, stopped: str | None) -> None:

@@ -48,6 +48,8 @@ class Watch:
         return said if lasts else None
 
     def _fault(self, state: State) -> str | None:
+        if not np.isfinite([state.q, state.qd, state.effort]).all():
+            return "a reading is no number"
         foretold = self._dynamics.torque(*state.told)
         self._remember(state, foretold)
         least = np.min([row[1] for row in self._told], axis=0)
@@ -96,12 +98,15 @@ class Watch:
             )
         return None
 
-    def learn_gains(self) -> list[str]:
-        """Gains by the readings of a run and its forecast; returns the joints whose readings do not follow it."""
+    def unwatched(self) -> list[str]:
+        """Joints whose readings have no known gain."""
+        return [name for name, gain in zip(self._names, self.gain) if np.isnan(gain)]
+
+    def learn_gains(self) -> None:
+        """Gains by the readings of a run and its forecast, of the joints whose readings follow it."""
         readings, foretold = (np.array(series) for series in zip(*self._readings))
         for j in range(len(self._names)):
             r = np.corrcoef(readings[:, j], foretold[:, j])[0, 1] if np.ptp(readings[:, j]) > 0 else 0.0
             gain = (readings[:, j] @ foretold[:, j]) / max(readings[:, j] @ readings[:, j], 1e-300)
             self.gain[j] = gain if r > 0.7 else np.nan
-        return [name for name, gain in zip(self._names, self.gain) if np.isnan(gain)]
 
