@@ -163,8 +163,7 @@ int play_command(int argc, char** argv) {
   return run_command(
       {.name = "rivid play",
        .description = "Plays the motion of a plan on a robot: at a tenth of its speed, at half, at its own. "
-                      "Stops it where "
-                      "positions or torques are not as foretold, and records log.csv.",
+                      "Stops it where positions or torques are not as foretold, and records log.csv.",
        .arguments = {{"plan", "PLAN", "Folder that rivid excite wrote", &plan, true},
                      {"--on", "ARM", "ros, ur:HOST, franka:HOST or simulation", &arm, true},
                      {"--speeds", "LIST", "Shares of the motion's speed; default: 0.1,0.5,1", &speeds},

@@ -177,10 +177,15 @@ def test_what_can_not_begin(plan, path, model):
     with pytest.raises(rivid.InputError, match=r"nowhere.motion.csv is not there"):
         play.play(plan / "nowhere", arm)
     (plan / "log.csv").write_text("mine")
-    with pytest.raises(rivid.InputError, match="is there already"):
-        play.play(plan, arm, speeds=[1.0])
-    assert (plan / "log.csv").read_text() == "mine"
+    with pytest.raises(rivid.InputError, match="log.csv: is there already"):
+        play.play(plan, arm)
+    assert (plan / "log.csv").read_text() == "mine" and not (plan / "log_10.csv").exists()
     assert play.play(plan, arm, speeds=[1.0], go=lambda speed, last: False, force=True) == []
+    document = json.loads((plan / "plan.json").read_text())
+    document["provenance"]["options"]["excitation"]["limits"]["torque"] = [40.0, np.inf]
+    (plan / "plan.json").write_text(json.dumps(document))
+    with pytest.raises(rivid.InputError, match="joint_2 has no torque limit, so torque_band must say"):
+        play.play(plan, arm, force=True)
 
 
 @pytest.mark.parametrize("error", [TimeoutError("no state for 0.1 s"), KeyboardInterrupt()])

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "excite/clearance.hpp"
 #include "rivid/model/kdl.hpp"
@@ -23,28 +24,45 @@ LinkPose pose_of(const KDL::Frame& frame) {
   return out;
 }
 
-// What is at least between two bodies: what a direction separates of all points is apart, whoever found it.
-double proven_distance(const Body& a, const LinkPose& at_a, const Body& b, const LinkPose& at_b) {
+std::vector<Eigen::Matrix3Xd> placed(const Body& body, const LinkPose& at) {
+  std::vector<Eigen::Matrix3Xd> out;
+  for (const Hull& part : body.parts) {
+    out.emplace_back((at.R * part.points).colwise() + at.o);
+  }
+  return out;
+}
+
+// What is at least between two placed bodies: what a direction separates of all points is apart, whoever found
+// it. Where the directions of the pose before show more than `enough`, no better ones are sought.
+double proven_distance(const Body& a, std::span<const Eigen::Matrix3Xd> of_a, const Body& b,
+                       std::span<const Eigen::Matrix3Xd> of_b, double enough,
+                       std::vector<Eigen::Vector3d>& normals) {
   double out = std::numeric_limits<double>::infinity();
-  for (const Hull& first : a.parts) {
-    const Eigen::Matrix3Xd points = (at_a.R * first.points).colwise() + at_a.o;
-    for (const Hull& second : b.parts) {
-      const Eigen::Matrix3Xd others = (at_b.R * second.points).colwise() + at_b.o;
-      const Eigen::Vector3d normal = separation({points}, {others}).normal;
-      const double apart =
-          (normal.transpose() * points).minCoeff() - (normal.transpose() * others).maxCoeff();
-      out = std::min(out, apart / normal.norm() - first.radius - second.radius);
+  normals.resize(of_a.size() * of_b.size(), Eigen::Vector3d::Zero());
+  for (std::size_t i = 0; i < of_a.size(); ++i) {
+    for (std::size_t k = 0; k < of_b.size(); ++k) {
+      Eigen::Vector3d& normal = normals[i * of_b.size() + k];
+      const auto apart = [&] {
+        const double cores =
+            (normal.transpose() * of_a[i]).minCoeff() - (normal.transpose() * of_b[k]).maxCoeff();
+        return cores / normal.norm() - a.parts[i].radius - b.parts[k].radius;
+      };
+      // Not a number, of the first pose, is not enough.
+      if (!(apart() > enough)) {
+        normal = separation({of_a[i]}, {of_b[k]}, normal).normal;
+      }
+      out = std::min(out, apart());
     }
   }
   return out;
 }
 
-double height(const Body& body, const LinkPose& at, const HalfSpace& free) {
+double height(const Body& body, std::span<const Eigen::Matrix3Xd> parts, const HalfSpace& free) {
   double out = std::numeric_limits<double>::infinity();
-  for (const Hull& part : body.parts) {
-    const Eigen::Matrix3Xd points = (at.R * part.points).colwise() + at.o;
-    const double lowest = ((free.normal.transpose() * points).minCoeff() - free.offset) / free.normal.norm();
-    out = std::min(out, lowest - part.radius);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const double lowest =
+        ((free.normal.transpose() * parts[i]).minCoeff() - free.offset) / free.normal.norm();
+    out = std::min(out, lowest - body.parts[i].radius);
   }
   return out;
 }
@@ -71,21 +89,24 @@ std::vector<ClearanceUse> checked_clearances(const Robot& robot, const Space& sp
                    .wanted = kept[k] ? space.clearance : std::numeric_limits<double>::quiet_NaN()});
   }
   std::vector<LinkPose> frames(robot.joints.size() + 1);
-  const auto frame = [&](const Body& body) { return frames[static_cast<std::size_t>(body.joint + 1)]; };
+  std::vector<std::vector<Eigen::Matrix3Xd>> parts(bodies.size());
+  std::vector<std::vector<Eigen::Vector3d>> normals(pairs.size());
   for (Index row = 0; row < q.rows() && !pairs.empty(); ++row) {
     KDL::Frame at;
     for (std::size_t j = 0; j < robot.joints.size(); ++j) {
       at = at * chain.getSegment(static_cast<unsigned>(j)).pose(q(row, static_cast<Index>(j)));
       frames[j + 1] = pose_of(at);
     }
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      parts[b] = placed(bodies[b], frames[static_cast<std::size_t>(bodies[b].joint + 1)]);
+    }
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const Body& body = bodies[pairs[k].body];
-      const Body* const other =
-          pairs[k].other < 0 ? nullptr : &bodies[static_cast<std::size_t>(pairs[k].other)];
+      const std::size_t a = pairs[k].body;
+      const auto b = static_cast<std::size_t>(pairs[k].other);
       const double distance =
-          other == nullptr
-              ? height(body, frame(body), space.half_spaces[static_cast<std::size_t>(pairs[k].half_space)])
-              : proven_distance(body, frame(body), *other, frame(*other));
+          pairs[k].other < 0
+              ? height(bodies[a], parts[a], space.half_spaces[static_cast<std::size_t>(pairs[k].half_space)])
+              : proven_distance(bodies[a], parts[a], bodies[b], parts[b], out[k].distance, normals[k]);
       if (distance < out[k].distance) {
         out[k].distance = distance;
         out[k].time = static_cast<double>(row) / f_m;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <random>
 
@@ -74,6 +75,10 @@ constexpr double unchanged = 1e-6;
 Hull part_of(const std::string& link, const Eigen::Matrix3Xd& points, double radius) {
   return {.link = link, .points = points, .radius = radius};
 }
+
+// The most that a point at a distance of 1 m from the origin moves, by the rotation alone: the spectral norm of
+// the difference.
+double turn(const LinkPose& from, const LinkPose& to) { return (to.R - from.R).norm() / std::numbers::sqrt2; }
 
 Eigen::Matrix3Xd corners(const Box& box) {
   Eigen::Matrix3Xd out(3, 8);
@@ -188,9 +193,11 @@ Clearances::Clearances(const Robot& robot, const Space& space, const Vector& low
         const Chain::Link& link = robot_.chain.links[static_cast<std::size_t>(body.joint)];
         part.points = (link_axes(link).transpose() * part.points).eval();
       }
-      reach = std::max(reach, part.points.colwise().norm().maxCoeff());
       const Vector3d centre = 0.5 * (part.points.rowwise().minCoeff() + part.points.rowwise().maxCoeff());
       balls.push_back({centre, (part.points.colwise() - centre).colwise().norm().maxCoeff() + part.radius});
+    }
+    for (const Ball& ball : balls) {
+      reach = std::max(reach, ball.centre.norm() + ball.radius);
     }
     reach_.push_back(reach);
     if (body.is_assumed) {
@@ -234,15 +241,16 @@ void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, const
       if (kept_[k]) {
         continue;
       }
-      const Nearest found = nearest_of(pairs_[k], at);
-      at_last[k] = found.distance();
+      Known known{.parts = parts_of(pairs_[k])};
+      const Nearest nearest = nearest_of(pairs_[k], at, known);
+      at_last[k] = nearest.distance;
       at_first[k] = pose == 0 ? at_last[k] : at_first[k];
       bool kept = at_last[k] >= space.clearance;
       if (is_obstacle(pairs_[k])) {
         // What the first link stands on it stands on in every pose. Inside of it, the obstacle is not where
         // it was meant to be.
         kept = kept || std::abs(at_last[k] - at_first[k]) > unchanged || bodies_[pairs_[k].body].joint > 0 ||
-               found.cores.distance < -deep;
+               nearest.cores->distance < -deep;
       }
       kept_[k] = kept;
     }
@@ -287,49 +295,102 @@ bool Clearances::is_obstacle(const BodyPair& pair) const {
   return pair.half_space >= 0 || bodies_[static_cast<std::size_t>(pair.other)].is_obstacle;
 }
 
+// Behind the frames of the joints is that of what stands still.
+LinkPose Clearances::pose_of(const Body& body, const std::vector<LinkPose>& frames) {
+  return body.joint < 0 ? frames.back() : frames[static_cast<std::size_t>(body.joint)];
+}
+
 std::vector<LinkPose> Clearances::frames(const Eigen::Ref<const Vector>& q) const {
   std::vector<LinkPose> out(robot_.chain.links.size() + 1);
   place_links(robot_.chain, q, out);
   return out;
 }
 
-Clearances::Nearest Clearances::nearest_of(const BodyPair& pair, const std::vector<LinkPose>& frames) const {
-  // Behind the frames of the joints is that of what stands still.
-  const auto frame = [&](const Body& body) {
-    return body.joint < 0 ? frames.back() : frames[static_cast<std::size_t>(body.joint)];
-  };
-  const Body& body = bodies_[pair.body];
-  Nearest out{.cores = {.distance = std::numeric_limits<double>::infinity()}};
-  const auto take = [&](const Separation& cores, double radii) {
-    if (cores.distance - radii < out.distance()) {
-      out = {cores, radii};
-    }
-  };
-  for (std::size_t i = 0; i < body.parts.size(); ++i) {
-    const Hull& part = body.parts[i];
-    const LinkPose at = frame(body);
-    const PlacedHull first{part.points, at};
-    if (pair.half_space >= 0) {
-      const HalfSpace& free = half_spaces_[static_cast<std::size_t>(pair.half_space)];
-      const Vector3d lowest = first.farthest(-free.normal);
-      take({lowest, lowest, free.normal, free.normal.dot(lowest) - free.offset}, part.radius);
-      continue;
-    }
-    const Body& other = bodies_[static_cast<std::size_t>(pair.other)];
-    const LinkPose at_other = frame(other);
-    for (std::size_t k = 0; k < other.parts.size(); ++k) {
-      // Most parts of two links with many are farther apart than the nearest.
-      const Ball& ball = balls_[pair.body][i];
-      const Ball& second_ball = balls_[static_cast<std::size_t>(pair.other)][k];
-      const double apart = (at.R * ball.centre + at.o - at_other.R * second_ball.centre - at_other.o).norm() -
-                           ball.radius - second_ball.radius;
-      if (apart < out.distance()) {
-        const Hull& second = other.parts[k];
-        take(separation(first, {second.points, at_other}), part.radius + second.radius);
-      }
+std::vector<Clearances::PartPair> Clearances::parts_of(const BodyPair& pair) const {
+  std::vector<PartPair> out;
+  const std::size_t others =
+      pair.half_space >= 0 ? 1 : bodies_[static_cast<std::size_t>(pair.other)].parts.size();
+  for (std::size_t i = 0; i < bodies_[pair.body].parts.size(); ++i) {
+    for (std::size_t k = 0; k < others; ++k) {
+      out.push_back({.first = i, .second = k});
     }
   }
   return out;
+}
+
+LinkPose Clearances::seen(const BodyPair& pair, const std::vector<LinkPose>& frames) const {
+  const LinkPose at = pose_of(bodies_[pair.body], frames);
+  if (pair.other < 0) {
+    return at;
+  }
+  const LinkPose from = pose_of(bodies_[static_cast<std::size_t>(pair.other)], frames);
+  LinkPose out;
+  out.R = from.R.transpose() * at.R;
+  out.o = from.R.transpose() * (at.o - from.o);
+  return out;
+}
+
+// What is shown of parts without a look at their shapes: balls about them are apart, and what was apart before
+// is so by less than the first part has moved as the second one sees it.
+void Clearances::follow(const BodyPair& pair, const LinkPose& seen, Known& known) const {
+  const double turned = turn(known.seen, seen);
+  for (PartPair& parts : known.parts) {
+    const Ball& ball = balls_[pair.body][parts.first];
+    const Vector3d centre = seen.o + seen.R * ball.centre;
+    const double moved = (centre - known.seen.o - known.seen.R * ball.centre).norm() + turned * ball.radius;
+    double apart = 0.0;
+    if (pair.half_space >= 0) {
+      const HalfSpace& free = half_spaces_[static_cast<std::size_t>(pair.half_space)];
+      apart = free.normal.dot(centre) - free.offset;
+    } else {
+      const Ball& other = balls_[static_cast<std::size_t>(pair.other)][parts.second];
+      apart = (centre - other.centre).norm() - other.radius;
+    }
+    parts.distance = std::max(parts.distance - moved, apart - ball.radius);
+    parts.is_measured = false;
+  }
+  known.seen = seen;
+}
+
+Separation Clearances::cores_of(const BodyPair& pair, const std::vector<LinkPose>& frames,
+                                const PartPair& parts, double enough) const {
+  const Body& body = bodies_[pair.body];
+  const PlacedHull first{body.parts[parts.first].points, pose_of(body, frames)};
+  if (pair.half_space >= 0) {
+    const HalfSpace& free = half_spaces_[static_cast<std::size_t>(pair.half_space)];
+    const Vector3d lowest = first.farthest(-free.normal);
+    return {lowest, lowest, free.normal, free.normal.dot(lowest) - free.offset};
+  }
+  const Body& other = bodies_[static_cast<std::size_t>(pair.other)];
+  return separation(first, {other.parts[parts.second].points, pose_of(other, frames)}, parts.cores.normal,
+                    enough);
+}
+
+Clearances::Nearest Clearances::nearest_of(const BodyPair& pair, const std::vector<LinkPose>& frames,
+                                           Known& known, double enough) const {
+  const LinkPose now = seen(pair, frames);
+  const double moved = (now.o - known.seen.o).norm() + turn(known.seen, now) * reach_[pair.body];
+  if (known.distance - moved > enough) {
+    return {known.distance - moved};
+  }
+  follow(pair, now, known);
+  for (;;) {
+    PartPair& parts = *std::ranges::min_element(known.parts, {}, &PartPair::distance);
+    known.distance = parts.distance;
+    if (known.distance > enough) {
+      return {known.distance};
+    }
+    if (parts.is_measured) {
+      return {known.distance, &parts.cores};
+    }
+    double radii = bodies_[pair.body].parts[parts.first].radius;
+    if (pair.other >= 0) {
+      radii += bodies_[static_cast<std::size_t>(pair.other)].parts[parts.second].radius;
+    }
+    parts.cores = cores_of(pair, frames, parts, enough + radii);
+    parts.distance = parts.cores.distance - radii;
+    parts.is_measured = true;
+  }
 }
 
 // Velocity of a point of a link along a direction, by the joints before it.
@@ -343,52 +404,33 @@ void Clearances::add_slope(Index joint, const std::vector<LinkPose>& frames, con
   }
 }
 
-double Clearances::distance(Index pair, const std::vector<LinkPose>& frames, Vector* slope) const {
-  const BodyPair& p = pairs_[static_cast<std::size_t>(pair)];
-  const Nearest found = nearest_of(p, frames);
-  if (slope != nullptr) {
-    slope->setZero(robot_.size());
-    add_slope(bodies_[p.body].joint, frames, found.cores.first, found.cores.normal, *slope);
-    if (p.other >= 0) {
-      add_slope(bodies_[static_cast<std::size_t>(p.other)].joint, frames, found.cores.second,
-                -found.cores.normal, *slope);
-    }
+Vector Clearances::slope_of(const BodyPair& pair, const std::vector<LinkPose>& frames,
+                            const Separation& cores) const {
+  Vector out = Vector::Zero(robot_.size());
+  add_slope(bodies_[pair.body].joint, frames, cores.first, cores.normal, out);
+  if (pair.other >= 0) {
+    add_slope(bodies_[static_cast<std::size_t>(pair.other)].joint, frames, cores.second, -cores.normal, out);
   }
-  return found.distance();
+  return out;
 }
 
-Vector Clearances::at(const Eigen::Ref<const Vector>& q) const {
-  const std::vector<LinkPose> placed = frames(q);
-  return Vector::NullaryExpr(size(), [&](Index pair) { return distance(pair, placed); });
-}
-
-// At least as far as any point of a body moves.
-double Clearances::travel(Index body, const std::vector<LinkPose>& from,
-                          const std::vector<LinkPose>& to) const {
-  if (body < 0 || bodies_[static_cast<std::size_t>(body)].joint < 0) {
-    return 0.0;
-  }
-  const auto joint = static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].joint);
-  return (to[joint].o - from[joint].o).norm() +
-         (to[joint].R - from[joint].R).norm() * reach_[static_cast<std::size_t>(body)];
-}
-
-Matrix Clearances::along(const std::vector<std::vector<LinkPose>>& motion, double beyond) const {
+Matrix Clearances::along(const std::vector<std::vector<LinkPose>>& motion, double beyond,
+                         std::vector<Matrix>* slopes) const {
   Matrix out(std::ssize(motion), size());
-  for (Index pair = 0; pair < size(); ++pair) {
-    const BodyPair& p = pairs_[static_cast<std::size_t>(pair)];
+  if (slopes != nullptr) {
+    slopes->assign(pairs_.size(), Matrix::Zero(std::ssize(motion), robot_.size()));
+  }
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    Known known{.parts = parts_of(pairs_[p])};
     double least = std::numeric_limits<double>::infinity();
-    double bound = -least;
-    for (std::size_t k = 0; k < motion.size(); ++k) {
-      if (k > 0) {
-        bound -= travel(static_cast<Index>(p.body), motion[k - 1], motion[k]) +
-                 travel(p.other, motion[k - 1], motion[k]);
+    for (Index k = 0; k < std::ssize(motion); ++k) {
+      const std::vector<LinkPose>& frames = motion[static_cast<std::size_t>(k)];
+      const Nearest nearest = nearest_of(pairs_[p], frames, known, least + beyond);
+      out(k, static_cast<Index>(p)) = nearest.distance;
+      if (slopes != nullptr && nearest.cores != nullptr) {
+        (*slopes)[p].row(k) = slope_of(pairs_[p], frames, *nearest.cores).transpose();
       }
-      if (!(bound > least + beyond)) {
-        bound = distance(pair, motion[k]);
-        least = std::min(least, bound);
-      }
-      out(static_cast<Index>(k), pair) = bound;
+      least = std::min(least, nearest.distance);
     }
   }
   return out;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -54,19 +55,15 @@ class Clearances {
   /// Frames of the joints at a pose.
   [[nodiscard]] std::vector<LinkPose> frames(const Eigen::Ref<const Vector>& q) const;
 
-  /// Distance between the surfaces of a pair, negative where they overlap [m].
+  /// Distances between the surfaces of all pairs along a motion, negative where they overlap, (samples × size)
+  /// [m]. Of those that are larger than the smallest of the samples before by more than `beyond` it is a lower
+  /// bound that is so, too.
   ///
-  /// @param frames  of frames()
-  /// @param slope   where wanted: its derivatives, (n)
-  [[nodiscard]] double distance(Index pair, const std::vector<LinkPose>& frames,
-                                Vector* slope = nullptr) const;
-
-  /// Distances of all pairs at one pose, (size) [m].
-  [[nodiscard]] Vector at(const Eigen::Ref<const Vector>& q) const;
-
-  /// Distances of all pairs along a motion, (samples × size) [m]. Of those that are larger than the smallest
-  /// of their pair by more than `beyond` it is a lower bound that is so, too.
-  [[nodiscard]] Matrix along(const std::vector<std::vector<LinkPose>>& motion, double beyond) const;
+  /// @param motion  of each sample frames()
+  /// @param slopes  where wanted: of each pair the derivatives by the joint positions, (samples × n); zero where
+  ///                there is a bound alone
+  [[nodiscard]] Matrix along(const std::vector<std::vector<LinkPose>>& motion, double beyond,
+                             std::vector<Matrix>* slopes = nullptr) const;
 
  private:
   // That a part lies within.
@@ -74,24 +71,42 @@ class Clearances {
     Eigen::Vector3d centre;
     double radius = 0.0;
   };
-  // Nearest parts, without the radii that are about them.
-  struct Nearest {
-    Separation cores;
-    double radii = 0.0;
-
-    [[nodiscard]] double distance() const { return cores.distance - radii; }
+  // Two parts of a pair, and what is known of them.
+  struct PartPair {
+    std::size_t first = 0;
+    std::size_t second = 0;
+    double distance = -std::numeric_limits<double>::infinity();  // at least; all of it where it is measured
+    Separation cores = {};                                       // without the radii that are about them
+    bool is_measured = false;
+  };
+  struct Known {
+    std::vector<PartPair> parts;
+    double distance = -std::numeric_limits<double>::infinity();  // of all of them, at least
+    LinkPose seen = {};                                          // of the first body by the second one
   };
 
-  [[nodiscard]] Nearest nearest_of(const BodyPair& pair, const std::vector<LinkPose>& frames) const;
-  [[nodiscard]] double travel(Index body, const std::vector<LinkPose>& from,
-                              const std::vector<LinkPose>& to) const;
+  [[nodiscard]] static LinkPose pose_of(const Body& body, const std::vector<LinkPose>& frames);
+  [[nodiscard]] std::vector<PartPair> parts_of(const BodyPair& pair) const;
+  [[nodiscard]] LinkPose seen(const BodyPair& pair, const std::vector<LinkPose>& frames) const;
+  void follow(const BodyPair& pair, const LinkPose& seen, Known& known) const;
+  [[nodiscard]] Separation cores_of(const BodyPair& pair, const std::vector<LinkPose>& frames,
+                                    const PartPair& parts, double enough) const;
+  // Nothing but a bound where that is more than `enough`.
+  struct Nearest {
+    double distance;
+    const Separation* cores = nullptr;
+  };
+  Nearest nearest_of(const BodyPair& pair, const std::vector<LinkPose>& frames, Known& known,
+                     double enough = std::numeric_limits<double>::infinity()) const;
+  [[nodiscard]] Vector slope_of(const BodyPair& pair, const std::vector<LinkPose>& frames,
+                                const Separation& cores) const;
   [[nodiscard]] bool is_obstacle(const BodyPair& pair) const;
   void leave_out_pairs(const Vector& lower, const Vector& upper, const Space& space,
                        std::vector<Finding>& findings);
   void add_slope(Index joint, const std::vector<LinkPose>& frames, const Eigen::Vector3d& point,
                  const Eigen::Vector3d& direction, Vector& slope) const;
 
-  const Robot& robot_;
+  Robot robot_;
   std::vector<HalfSpace> half_spaces_;
   std::vector<Body> bodies_;              // parts in the frames of the joints
   std::vector<std::vector<Ball>> balls_;  // of their parts

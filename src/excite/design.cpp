@@ -446,7 +446,7 @@ void Designer::refuse(const Found& best) const {
 // dense.
 void Designer::check(const Reference& reference, Index intervals, std::vector<ClearanceUse>& found) const {
   constexpr double tolerance = 1e-3;  // m
-  const std::vector<bool> kept = detail::clearances_of(task_).kept();
+  const std::vector<bool> kept = task_.clearances->kept();
   if (kept.empty()) {
     return;
   }

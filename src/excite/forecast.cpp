@@ -184,7 +184,8 @@ Task task_of(std::string_view who, const Robot& robot, const ExcitationOptions& 
     out.space.self_collision = false;  // nobody asked
   }
   findings.insert(findings.end(), out.space.model.findings.begin(), out.space.model.findings.end());
-  const Clearances told(robot, out.space, out.bounds.lower, out.bounds.upper, findings);
+  out.clearances =
+      std::make_shared<const Clearances>(robot, out.space, out.bounds.lower, out.bounds.upper, findings);
   findings.insert(findings.end(), out.bounds.findings.begin(), out.bounds.findings.end());
   if (out.bounds.torque.array().isFinite().any()) {
     out.chi = out.base.from_standard(robot.chi_st());
@@ -237,8 +238,7 @@ Forecast forecast(const Robot& robot, const Motion& motion, double f_m, const Ex
   if (task.chi.size() > 0) {
     out.tau = detail::predicted_torques(regressor, motion, task.chi);
   }
-  out.clearances =
-      detail::checked_clearances(robot, task.space, detail::clearances_of(task).kept(), motion.q, f_m);
+  out.clearances = detail::checked_clearances(robot, task.space, task.clearances->kept(), motion.q, f_m);
   const Matrix jerk = derivative(motion.qdd, f_m);
   out.limits = uses(robot, task.bounds, {motion, jerk, out.tau}, f_m);
   return out;

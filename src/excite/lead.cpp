@@ -40,7 +40,7 @@ class Line final : public Curve {
 std::string too_near(const Task& task, const Line& line) {
   const Vector t = Vector::LinSpaced(instants, 0.0, line.duration());
   const Matrix q = line.motion(line.tables(t), line.coefficients(Vector::Ones(line.variables()))).q;
-  for (const ClearanceUse& use : checked_clearances(task.robot, task.space, clearances_of(task).kept(), q,
+  for (const ClearanceUse& use : checked_clearances(task.robot, task.space, task.clearances->kept(), q,
                                                     static_cast<double>(instants - 1))) {
     if (use.distance < use.wanted + clearance_reserve) {
       return "at " + number(100.0 * use.time, 2) + " % of it " + use.first + " is " +

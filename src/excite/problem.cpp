@@ -41,15 +41,10 @@ Robot smoothed(Robot robot, double sign_speed) {
   return robot;
 }
 
-Clearances clearances_of(const Task& task) {
-  std::vector<Finding> told;
-  return {task.robot, task.space, task.bounds.lower, task.bounds.upper, told};
-}
-
 std::string limit_in_words(const Task& task, Index limit) {
   const std::vector<SideLimit> sides = side_limits(task.bounds);
   if (limit >= std::ssize(sides)) {
-    const Clearances clearances = clearances_of(task);
+    const Clearances& clearances = *task.clearances;
     const Index pair = limit - std::ssize(sides);
     return clearances.first(pair) + ": distance to " + clearances.second(pair);
   }
@@ -95,7 +90,7 @@ Problem::Problem(const Task& task, const Curve& curve, Index samples, double rho
     : task_(task),
       curve_(curve),
       regressor_(smoothed(task.robot, smoothing_speed), task.base),
-      clearances_(clearances_of(task)),
+      clearances_(*task.clearances),
       rho_(rho),
       tables_(curve.tables(middles(curve.duration(), samples))),
       weights_(task.weights * (curve.duration() / static_cast<double>(samples))),
@@ -163,34 +158,24 @@ void Problem::keep_clear(const Motion& motion, Value& out, Matrix* jacobian) {
   if (pairs == 0) {
     return;
   }
-  const Index N = motion.samples();
-  const auto frames = frames_along(clearances_, motion.q);
   // Beyond this a sample has no share of a soft maximum.
-  const Matrix distances = clearances_.along(frames, -negligible_exponent / rho_ * clearance_scale);
-  std::vector<Matrix> by_coefficients(static_cast<std::size_t>(pairs),
-                                      Matrix::Zero(tables_.position.cols(), motion.joints()));
+  const double beyond = -negligible_exponent / rho_ * clearance_scale;
+  std::vector<Matrix> slopes;
+  const Matrix distances =
+      clearances_.along(frames_along(clearances_, motion.q), beyond, jacobian != nullptr ? &slopes : nullptr);
+  const Index m = curve_.per_joint();
   Vector share;
-  Vector slope;
   for (Index p = 0; p < pairs; ++p) {
     const Index limit = std::ssize(limits_) + p;
     const Vector g = (task_.space.clearance - distances.col(p).array()) / clearance_scale;
     out.limits[limit] = soft_maximum(g, rho_, share) + shifts_[limit];
-    for (Index k = 0; jacobian != nullptr && k < N; ++k) {
-      if (share[k] != 0.0) {
-        (void)clearances_.distance(p, frames[static_cast<std::size_t>(k)], &slope);
-        by_coefficients[static_cast<std::size_t>(p)].noalias() -=
-            share[k] / clearance_scale * tables_.position.row(k).transpose() * slope.transpose();
+    if (jacobian != nullptr) {
+      const Matrix by_coefficients =
+          -1.0 / clearance_scale *
+          (tables_.position.transpose() * share.asDiagonal() * slopes[static_cast<std::size_t>(p)]);
+      for (Index j = 0; j < motion.joints(); ++j) {
+        jacobian->col(limit).segment(j * m, m) = curve_.pulled_back(j, by_coefficients.col(j));
       }
-    }
-  }
-  if (jacobian == nullptr) {
-    return;
-  }
-  const Index m = curve_.per_joint();
-  for (Index p = 0; p < pairs; ++p) {
-    for (Index j = 0; j < motion.joints(); ++j) {
-      jacobian->col(std::ssize(limits_) + p).segment(j * m, m) =
-          curve_.pulled_back(j, by_coefficients[static_cast<std::size_t>(p)].col(j));
     }
   }
 }
@@ -233,7 +218,7 @@ DenseCheck::DenseCheck(const Task& task, const Curve& curve, Index samples)
     : task_(task),
       curve_(curve),
       regressor_(task.robot, task.base),
-      clearances_(clearances_of(task)),
+      clearances_(*task.clearances),
       tables_(curve.tables(Vector::LinSpaced(samples, 0.0, curve.duration()))),
       limits_(side_limits(task.bounds)) {}
 

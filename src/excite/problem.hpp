@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,7 @@ struct Task {
   Objective objective;
   MotionBounds bounds;
   Space space = {};
+  std::shared_ptr<const Clearances> clearances = {};
 };
 
 /// What forecast() and design() have in common: base parameters, a-priori values, limits, noise.
@@ -37,9 +39,6 @@ struct Task {
 
 /// The robot with Coulomb friction that is smooth at reversals, where it is not so already.
 [[nodiscard]] Robot smoothed(Robot robot, double sign_speed);
-
-/// Distances that the task keeps.
-[[nodiscard]] Clearances clearances_of(const Task& task);
 
 /// Distances count as limits: (clearance − distance) / clearance_scale ≤ 0.
 inline constexpr double clearance_scale = 0.1;  // [m]
@@ -89,7 +88,7 @@ class Problem {
   const Task& task_;
   const Curve& curve_;
   SampledRegressor regressor_;
-  Clearances clearances_;
+  const Clearances& clearances_;
   double rho_;
   FunctionTables tables_;
   Vector weights_;  // of one sample, (n)
@@ -111,7 +110,7 @@ class DenseCheck {
   const Task& task_;
   const Curve& curve_;
   SampledRegressor regressor_;
-  Clearances clearances_;
+  const Clearances& clearances_;
   FunctionTables tables_;
   std::vector<SideLimit> limits_;
 };

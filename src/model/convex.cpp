@@ -111,31 +111,45 @@ class Simplex {
   std::size_t size_ = 0;
 };
 
-// Nearest points of two hulls, the first one shifted [Gilbert, Johnson & Keerthi 1988].
-Simplex nearest(const PlacedHull& a, const PlacedHull& b, const Vector3d& shift) {
+// Nearest points of two hulls, and what these are apart at least.
+struct Approach {
+  Simplex points;
+  double least;
+};
+
+// By Gilbert, Johnson & Keerthi [1988], the first hull shifted. Ends as soon as more than `enough` is shown.
+Approach nearest(const PlacedHull& a, const PlacedHull& b, const Vector3d& shift,
+                 const Vector3d& start = Vector3d::Zero(),
+                 double enough = std::numeric_limits<double>::infinity()) {
   constexpr int steps = 100;
-  Simplex out({a.placed(a.points.col(0)) + shift, b.placed(b.points.col(0)), 1.0});
-  Vector3d x = out.nearest();
-  for (int k = 0; k < steps; ++k) {
+  Vector3d x = start;
+  if (x.isZero(0.0)) {
+    x = a.placed(a.points.col(0)) + shift - b.placed(b.points.col(0));
+  }
+  Vector3d first = a.farthest(-x) + shift;
+  Vector3d second = b.farthest(x);
+  Approach out{Simplex({first, second, 1.0}), x.dot(first - second) / x.norm()};
+  for (int k = 0; k < steps && !(out.least > enough); ++k) {
+    x = out.points.nearest();
     const double size = x.norm();
-    const Vector3d first = a.farthest(-x) + shift;
-    const Vector3d second = b.farthest(x);
-    if (size <= precision || size * size - x.dot(first - second) <= precision * size) {
+    if (size <= precision) {
       break;
     }
-    Simplex better = out;
-    if (!better.improve(first, second) || better.nearest().norm() >= size) {
+    first = a.farthest(-x) + shift;
+    second = b.farthest(x);
+    out.least = std::fmax(out.least, x.dot(first - second) / size);
+    Simplex better = out.points;
+    if (size - out.least <= precision || !better.improve(first, second) || better.nearest().norm() >= size) {
       break;
     }
-    out = better;
-    x = out.nearest();
+    out.points = better;
   }
   return out;
 }
 
 double distance_from(const Vector3d& point, const Eigen::Matrix3Xd& hull) {
   const Eigen::Matrix3Xd one = point;
-  return nearest({one}, {hull}, Vector3d::Zero()).nearest().norm();
+  return nearest({one}, {hull}, Vector3d::Zero()).points.nearest().norm();
 }
 
 }  // namespace
@@ -163,23 +177,26 @@ double gap(const PlacedHull& a, const PlacedHull& b, const Vector3d& normal) {
   return normal.dot(a.farthest(-normal) - b.farthest(normal));
 }
 
-Separation separation(const PlacedHull& a, const PlacedHull& b) {
-  const Simplex found = nearest(a, b, Vector3d::Zero());
-  const Vector3d apart = found.nearest();
+Separation separation(const PlacedHull& a, const PlacedHull& b, const Vector3d& start, double enough) {
+  const Approach found = nearest(a, b, Vector3d::Zero(), start, enough);
+  const Vector3d apart = found.points.nearest();
   const double distance = apart.norm();
   constexpr double touching = 1e-7;  // m
   if (distance > touching) {
-    return {found.first(), found.second(), apart / distance, distance};
+    const bool is_enough = found.least > enough;
+    return {found.points.first(), found.points.second(), apart / distance,
+            is_enough ? found.least : distance};
   }
   // The first body is moved out of the second one along a direction. The nearest points then have a direction
-  // in which it is shorter, and so on; from a few directions, since each way leads to an optimum of its own.
+  // in which it is shorter, and so on; from a few directions, since each way leads to an optimum of its own, or
+  // from the one that is known.
   constexpr double beside = 0.01;  // m
   constexpr int steps = 10;
-  Separation out{.normal = Vector3d::UnitZ(), .distance = gap(a, b, Vector3d::UnitZ())};
+  Separation out{.distance = -std::numeric_limits<double>::infinity()};
   const auto shorten = [&](Vector3d normal) {
     double best = gap(a, b, normal);
     for (int k = 0; k < steps; ++k) {
-      const Vector3d next = nearest(a, b, (beside - best) * normal).nearest().normalized();
+      const Vector3d next = nearest(a, b, (beside - best) * normal).points.nearest().normalized();
       const double shorter = gap(a, b, next);
       if (!(shorter > best + precision)) {
         break;
@@ -192,9 +209,13 @@ Separation separation(const PlacedHull& a, const PlacedHull& b) {
       out.normal = normal;
     }
   };
-  for (Index axis = 0; axis < 3; ++axis) {
-    shorten(Vector3d::Unit(axis));
-    shorten(-Vector3d::Unit(axis));
+  if (start.isZero(0.0)) {
+    for (Index axis = 0; axis < 3; ++axis) {
+      shorten(Vector3d::Unit(axis));
+      shorten(-Vector3d::Unit(axis));
+    }
+  } else {
+    shorten(start.normalized());
   }
   out.first = a.farthest(-out.normal);
   out.second = b.farthest(out.normal);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "model/link_poses.hpp"
 #include "rivid/model/collision.hpp"
 
@@ -27,7 +29,12 @@ struct Separation {
 [[nodiscard]] double gap(const PlacedHull& a, const PlacedHull& b, const Eigen::Vector3d& normal);
 
 /// The distance of two hulls, to 1e-9 m. Of those that overlap the direction is a local optimum.
-[[nodiscard]] Separation separation(const PlacedHull& a, const PlacedHull& b);
+///
+/// @param start   a direction that is near the normal, from the second hull to the first one; zero: none is known
+/// @param enough  of hulls that are farther apart the distance is a lower bound that is so, too
+[[nodiscard]] Separation separation(const PlacedHull& a, const PlacedHull& b,
+                                    const Eigen::Vector3d& start = Eigen::Vector3d::Zero(),
+                                    double enough = std::numeric_limits<double>::infinity());
 
 /// A hull of at most `most` of the points, whose radius encloses the others.
 [[nodiscard]] Hull enclosing_hull(const Eigen::Matrix3Xd& points, Index most = 128);

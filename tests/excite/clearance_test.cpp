@@ -120,6 +120,14 @@ TEST(Distance, OfParallelAndShortSegmentsIsTheirs) {
   EXPECT_NEAR(distance_between(Segment{{0, 0, 0}, {0, 0, 1}}.points(), corners(box)), 2.0, 1e-9);
 }
 
+Matrix along(const detail::Clearances& clearances, const Vector& q, std::vector<Matrix>* slopes = nullptr) {
+  return clearances.along({clearances.frames(q)}, 0.0, slopes);
+}
+
+Vector at(const detail::Clearances& clearances, const Vector& q) {
+  return along(clearances, q).row(0).transpose();
+}
+
 Space surroundings() {
   Space out;
   out.half_spaces = {{.name = "floor", .normal = {0, 0, 2}, .offset = -3.0},
@@ -142,22 +150,17 @@ TEST(Clearances, HaveExactSlopes) {
     constexpr double h = 1e-6;
     for (int k = 0; k < 20; ++k) {
       const Vector q = Vector::NullaryExpr(n, [&] { return within(random); });
-      const Vector d = clearances.at(q);
-      Matrix slopes(n, d.size());
-      for (Index p = 0; p < d.size(); ++p) {
-        Vector slope;
-        (void)clearances.distance(p, clearances.frames(q), &slope);
-        slopes.col(p) = slope;
-      }
+      std::vector<Matrix> slopes;
+      const Vector d = along(clearances, q, &slopes).row(0).transpose();
       for (Index j = 0; j < n; ++j) {
-        const Vector up = clearances.at(q + h * Vector::Unit(n, j));
-        const Vector down = clearances.at(q - h * Vector::Unit(n, j));
+        const Vector up = at(clearances, q + h * Vector::Unit(n, j));
+        const Vector down = at(clearances, q - h * Vector::Unit(n, j));
         for (Index p = 0; p < clearances.size(); ++p) {
           // Where the nearest points jump, or bodies overlap, there is no derivative.
           const double left = (d[p] - down[p]) / h;
           const double right = (up[p] - d[p]) / h;
           if (std::abs(left - right) < 1e-3 && d[p] > 0.0) {
-            EXPECT_NEAR(slopes(j, p), 0.5 * (left + right), 2e-5)
+            EXPECT_NEAR(slopes[static_cast<std::size_t>(p)](0, j), 0.5 * (left + right), 2e-5)
                 << robot.name << ": " << clearances.first(p) << ", " << clearances.second(p) << ", joint "
                 << j + 1;
           }
@@ -177,7 +180,7 @@ TEST(Clearances, AreThoseOfAPlanarArm) {
   space.half_spaces = {{.name = "wall", .normal = {1, 0, 0}, .offset = -1.0}};
   std::vector<Finding> findings;
   detail::Clearances clearances(robot, space, Vector::Constant(2, -1.0), Vector::Constant(2, 1.0), findings);
-  const Vector d = clearances.at(Eigen::Vector2d(3.14159265358979, 0.0));
+  const Vector d = at(clearances, Eigen::Vector2d(3.14159265358979, 0.0));
   for (Index p = 0; p < clearances.size(); ++p) {
     if (clearances.second(p) == "wall") {
       const double reach = clearances.first(p) == "link_1" ? 0.5 : 0.9;
@@ -256,7 +259,7 @@ TEST(Clearances, LeaveOutLinksThatAreNearInEveryPoseAlone) {
   Vector near = Vector::Zero(clearances.size());
   ASSERT_GT(near.size(), 0);
   for (Index k = 0; k < q.rows(); ++k) {
-    const Vector d = clearances.at(q.row(k).transpose());
+    const Vector d = at(clearances, q.row(k).transpose());
     near.array() += (d.array() < space.clearance).cast<double>();
   }
   // Some pair is near in most poses, and kept apart all the same.
@@ -285,7 +288,7 @@ TEST(CheckedClearances, AreThoseOfTheSearch) {
     std::uniform_real_distribution<double> within(-2.0, 2.0);
     for (int k = 0; k < 50; ++k) {
       const Vector q = Vector::NullaryExpr(6, [&] { return within(random); });
-      const Vector d = clearances.at(q);
+      const Vector d = at(clearances, q);
       const std::vector<ClearanceUse> found =
           detail::checked_clearances(robot, space, clearances.kept(), q.transpose(), 1.0);
       EXPECT_TRUE(

@@ -58,8 +58,7 @@ void expect_exact_slopes(const detail::Task& task, const detail::Curve& curve) {
 
 void expect_exact_slopes(const Robot& robot, const Objective& objective,
                          const Space& space = {.self_collision = false}) {
-  detail::Task task = test::task(robot, objective);
-  task.space = space;
+  const detail::Task task = test::task(robot, objective, space);
   expect_exact_slopes(task, FourierCurve(10.0, 5, task.bounds, {}));
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,17 +23,22 @@ inline MotionBounds wide_bounds(Index n) {
 }
 
 /// A task within them, with a-priori values of all parameters.
-inline detail::Task task(const Robot& robot, detail::Objective objective = detail::Information{}) {
+inline detail::Task task(const Robot& robot, detail::Objective objective = detail::Information{},
+                         const Space& space = {.self_collision = false}) {
   const BaseParameters base = base_parameters(robot);
   const Index b = base.size();
+  const MotionBounds bounds = wide_bounds(robot.size());
+  std::vector<Finding> findings;
   return {.robot = robot,
           .base = base,
           .chi = base.from_standard(distinct_friction(robot)),
           .weights = Vector::LinSpaced(robot.size(), 1.0, 4.0),
           .known = Matrix::Zero(b, b),
           .objective = std::move(objective),
-          .bounds = wide_bounds(robot.size()),
-          .space = {.self_collision = false}};
+          .bounds = bounds,
+          .space = space,
+          .clearances =
+              std::make_shared<const detail::Clearances>(robot, space, bounds.lower, bounds.upper, findings)};
 }
 
 /// Robots of all kinds: the paper's, arms of six joints with and without coupled motors, mixed joints, every

@@ -85,18 +85,22 @@ def play(
     if not np.isfinite(band).all():
         j = int(np.flatnonzero(~np.isfinite(band))[0])
         raise InputError(f"play: {robot.joints[j]} has no torque limit, so torque_band must say how far its torque may be from the forecast")
+    files = [folder / ("log.csv" if speed == 1.0 else f"log_{100 * speed:g}.csv") for speed in speeds]
+    for file in files:
+        if file.exists() and not force:
+            raise InputError(f"{file}: is there already; move it away, or force replaces it")
     near = each("play: tracking", tracking, len(robot))
     watch = Watch(robot, path, limits, near, band)
     if arm.effort != "tau":
         watch.gain = _gains(robot)
     runs: list[Recording] = []
-    for speed in speeds:
+    for speed, file in zip(speeds, files):
         _must_stand_at(begin, arm, robot.joints)
         if (why := watch.too_much_at(speed)) is not None:
             raise InputError(f"play: at {100 * speed:g} % {why}")
         if go is not None and not go(speed, runs[-1] if runs else None):
             break
-        runs.append(_run(folder, path, arm, watch, speed, force))
+        runs.append(_run(file, path, arm, watch, speed))
         if runs[-1].stopped is not None:
             break
         if np.isnan(watch.gain).all():
@@ -104,10 +108,7 @@ def play(
     return runs
 
 
-def _run(folder: File, path: Path, arm: Arm, watch: Watch, speed: float, force: bool) -> Recording:
-    file = folder / ("log.csv" if speed == 1.0 else f"log_{100 * speed:g}.csv")
-    if file.exists() and not force:
-        raise InputError(f"{file}: is there already; move it away, or force replaces it")
+def _run(file: File, path: Path, arm: Arm, watch: Watch, speed: float) -> Recording:
     watch.begin()
     states: list[State] = []
     stopped: str | None = None
@@ -136,12 +137,12 @@ def _run(folder: File, path: Path, arm: Arm, watch: Watch, speed: float, force: 
         raise
     finally:
         if states:
-            _write(file, folder, arm, states, speed, stopped)
+            _write(file, arm, states, speed, stopped)
     return Recording(speed, file, stopped, watch.worst_tracking, watch.worst_torque, watch.unwatched())
 
 
-def _write(file: File, folder: File, arm: Arm, states: list[State], speed: float, stopped: str | None) -> None:
-    plan = json.loads((folder / "plan.json").read_text(encoding="utf-8"))
+def _write(file: File, arm: Arm, states: list[State], speed: float, stopped: str | None) -> None:
+    plan = json.loads((file.parent / "plan.json").read_text(encoding="utf-8"))
     inside = {"speed": speed, "stopped": stopped, "date": time.strftime("%Y-%m-%dT%H:%M:%S%z")}
     inside |= {key: plan.get(key) for key in ("motion", "duration", "lead_in", "lead_out", "provenance")}
     joints = range(1, len(states[0].q) + 1)
@@ -150,7 +151,7 @@ def _write(file: File, folder: File, arm: Arm, states: list[State], speed: float
     begin = moving.t - moving.s / speed
     rows = [np.concatenate([[x.t - begin], x.q, x.qd, x.effort, x.told[0]]) for x in states]
     text = [f"# rivid play: {json.dumps(inside)}", ",".join(["t", *names]), *(",".join(map(repr, row.tolist())) for row in rows), ""]
-    write_file(file, "\n".join(text), ".csv", [folder / "plan.json"])
+    write_file(file, "\n".join(text), ".csv", [file.parent / "plan.json"])
 
 
 def _must_stand_at(begin: Floats, arm: Arm, names: list[str]) -> None:
