@@ -57,7 +57,9 @@ int init(InitArguments arguments) {
   tell("note", draft.doubts);
   if (!arguments.print_only) {
     tell("wrote " + output.string() + (draft.complete ? "" : ", incomplete") + "\n" +
-         (arguments.identified_next && draft.complete ? "" : "next: rivid check " + output.string() + "\n"));
+         (arguments.identified_next && draft.complete ? ""
+          : arguments.logs.empty() ? "next: rivid excite " + output.string() + " --output plan --report\n"
+                                   : "next: rivid check " + output.string() + "\n"));
   }
   return draft.complete ? success : no_success;
 }
@@ -165,12 +167,15 @@ int init_command(int argc, char** argv) {
   InitArguments to;
   return run_command(
       {.name = "rivid init",
-       .description = "Writes an experiment file to begin with, from a robot and its logs.",
+       .description = "Writes an experiment file to begin with, from a robot and its logs, or without a log "
+                      "for the design of a motion.",
        .arguments = {{"robot", "ROBOT.urdf",
                       "The robot: a URDF, or a table of modified Denavit-Hartenberg parameters (.csv)",
                       &to.robot, true},
-                     {"logs", "LOG.csv", "Logs of its motion; the last of several is kept for validation",
-                      &to.logs, true},
+                     {"logs", "LOG.csv",
+                      "Logs of its motion; the last of several is kept for validation; none: rivid excite "
+                      "designs one",
+                      &to.logs},
                      {"--base", "LINK", "Link that stands still; default: the root", &to.options.base},
                      {"--tip", "LINK", "Last link of an arm; default: all joints of the logs",
                       &to.options.tip},

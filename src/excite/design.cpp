@@ -124,7 +124,7 @@ class Designer {
   void polish(Found& found, int rounds);
   [[nodiscard]] Vector drawn_peaks(const Curve& curve, const Vector& z) const;
   void leave_room(Found& best);
-  Vector mended(Problem& problem, DenseCheck& check, const Vector& rest, Vector z) const;
+  std::optional<Vector> mended(Problem& problem, DenseCheck& check, const Vector& rest, Vector z) const;
   [[noreturn]] void refuse(const Found& best) const;
   void check(const Reference& reference, Index intervals, std::vector<ClearanceUse>& found) const;
   void tell_loss(double kept, Excitation& found) const;
@@ -185,12 +185,15 @@ void Designer::tell(std::string_view stage, double objective) {
                     std::min(1.0, static_cast<double>(++done_) / total));
 }
 
+// The first of random poses with the room that soft maxima need, else the one with the most.
 Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const {
+  const double room = std::log(static_cast<double>(samples())) / first_rho + reserve;
   std::uniform_real_distribution<double> within(0.1, 0.9);
   const MotionBounds& bounds = task_.bounds;
   double least = std::numeric_limits<double>::infinity();
   Index limit = 0;
   Vector least_of_each;
+  Vector best;
   for (int k = 0; k < (curve_->starts_fixed() ? 1 : poses); ++k) {
     Vector pose(curve_->joints());
     for (Index j = 0; j < pose.size(); ++j) {
@@ -201,13 +204,17 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
     least_of_each = k == 0 ? values : Vector(least_of_each.cwiseMin(values));
     Index at = 0;
     const double worst = values.maxCoeff(&at);
-    if (worst < -reserve) {
-      return z;
-    }
     if (worst < least) {
       least = worst;
       limit = at;
+      best = z;
     }
+    if (least < -room) {
+      return best;
+    }
+  }
+  if (least < -reserve) {
+    return best;
   }
   // A limit that none of the poses keeps says more than the best pose.
   Index never = 0;
@@ -284,6 +291,9 @@ Designer::Found Designer::search(std::uint64_t seed) {
   Problem problem(task_, *curve_, samples(), first_rho);
   Found out;
   out.rest = pose_at_rest(check, random);
+  // Where no pose has that room, from what the soft maxima are at rest.
+  const Vector soft = problem(out.rest).limits;
+  problem.shift(out.rest, (soft.array() > 0.0).select(check(out.rest), soft));
   const Vector begin = random_motion(problem, out.rest, random);
   out.report.seed = seed;
   out.report.objective_begin = problem(begin).objective;
@@ -297,36 +307,45 @@ Designer::Found Designer::search(std::uint64_t seed) {
 }
 
 // The nearest motion that keeps the limits of the problem, by Newton's steps along the gradients of those that
-// are exceeded; nothing where the steps do not come to one.
+// are exceeded, each as large as makes the worst better; nothing where the steps do not come to one.
 std::optional<Vector> within_limits(Problem& problem, Vector z) {
-  constexpr int steps = 12;
+  constexpr int steps = 20;
+  constexpr double smallest = 1e-2;
   constexpr double inner = 0.5 * reserve;
   Vector gradient;
   Matrix jacobian;
   for (int k = 0; k < steps; ++k) {
     const Problem::Value value = problem(z, &gradient, &jacobian);
+    const double worst = value.limits.maxCoeff();
+    if (worst <= 0.0) {
+      return z;
+    }
+    if (!value.defined) {
+      return std::nullopt;
+    }
     std::vector<Index> exceeded;
     for (Index l = 0; l < value.limits.size(); ++l) {
       if (value.limits[l] > -inner) {
         exceeded.push_back(l);
       }
     }
-    if (value.limits.maxCoeff() <= 0.0) {
-      return z;
-    }
-    if (!value.defined) {
-      return std::nullopt;
-    }
     const Vector beyond = value.limits(exceeded).array() + inner;
-    z -= detail::minimum_norm_solution(jacobian(Eigen::all, exceeded).transpose(), beyond, 1e-9);
+    const Vector step =
+        detail::minimum_norm_solution(jacobian(Eigen::all, exceeded).transpose(), beyond, 1e-9);
+    double part = 1.0;
+    while (part > smallest && !(problem(z - part * step).limits.maxCoeff() < worst)) {
+      part *= 0.5;
+    }
+    z -= part * step;
   }
   return std::nullopt;
 }
 
 // A motion near this one that keeps all limits on the dense grid: mended where it exceeds them, and where that
-// fails, as large a part of it as does. At rest it does.
-Vector Designer::mended(Problem& problem, DenseCheck& check, const Vector& rest, Vector z) const {
-  constexpr int rounds = 6;
+// fails, as large a part of it as does; nothing where a small one does not, either.
+std::optional<Vector> Designer::mended(Problem& problem, DenseCheck& check, const Vector& rest,
+                                       Vector z) const {
+  constexpr int rounds = 40;
   const Vector whole = z;
   for (int k = 0; k < rounds; ++k) {
     const Vector found = check(z);
@@ -340,24 +359,28 @@ Vector Designer::mended(Problem& problem, DenseCheck& check, const Vector& rest,
     }
     z = *std::move(inside);
   }
+  constexpr double smallest = 1e-3;
   double part = 1.0;
-  for (double step = 1e-4; part > 0.0; part -= step, step *= 1.3) {
+  for (double step = 1e-4; part > smallest; part = std::max(part - step, 0.8 * part), step *= 1.3) {
     const Vector at = rest + part * (whole - rest);
     if (check(at).maxCoeff() <= 0.0) {
       return at;
     }
   }
-  return rest;
+  return std::nullopt;
 }
 
 // Brings a start to its limits, in so many rounds, with sharper maxima.
 void Designer::polish(Found& found, int rounds) {
   Problem problem(task_, *curve_, samples(), last_rho);
   DenseCheck check(task_, *curve_, dense());
-  const auto keep = [&](Vector candidate) {
-    const Problem::Value value = problem(candidate);
+  const auto keep = [&](const std::optional<Vector>& candidate) {
+    if (!candidate) {
+      return;
+    }
+    const Problem::Value value = problem(*candidate);
     if (value.defined && value.objective < found.objective) {
-      found.kept = std::move(candidate);
+      found.kept = *candidate;
       found.objective = value.objective;
     }
   };
@@ -368,9 +391,12 @@ void Designer::polish(Found& found, int rounds) {
     problem.shift(found.z, check(found.z).array() + reserve);
     const int evaluations = std::max(options_.evaluations / polishings, 1);
     const detail::MmaResult result = improved(problem, found.z, evaluations, "polishing");
-    found.z = result.z;
     found.report.evaluations += result.evaluations;
-    keep(mended(problem, check, found.rest, found.z));
+    const bool within = problem(result.z).limits.maxCoeff() <= 0.0;
+    const std::optional<Vector> inside = mended(problem, check, found.rest, result.z);
+    keep(inside);
+    // Where the search has not come back within the limits, the next one begins there.
+    found.z = within || !inside ? result.z : *inside;
   }
 }
 
@@ -400,7 +426,7 @@ Vector Designer::drawn_peaks(const Curve& curve, const Vector& z) const {
 
 // Takes as much from the torques that the motion may use as drawn robots need beyond their limits.
 void Designer::leave_room(Found& best) {
-  constexpr int rounds = 6;
+  constexpr int rounds = 40;
   constexpr double little = 5e-3;
   const Vector whole = task_.bounds.torque / options_.limits.torque_share;
   Vector over;

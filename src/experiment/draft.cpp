@@ -379,6 +379,67 @@ std::string text_of(const Parts& found, const Path& file) {
   return std::move(out).text();
 }
 
+// A limit of all joints, where the description has none of some.
+void write_limit(Writer& out, const Robot& robot, std::string_view key, double Joint::* limit, double guess,
+                 std::vector<std::string>& doubts) {
+  std::vector<std::string> values;
+  std::vector<std::string> guessed;
+  for (const Joint& joint : robot.joints) {
+    const bool known = std::isfinite(joint.*limit);
+    values.push_back(number(known ? joint.*limit : guess, 6));
+    if (!known) {
+      guessed.push_back(joint.name);
+    }
+  }
+  if (!guessed.empty()) {
+    out.key(key, "[" + joined(values) + "]", "a guess of " + joined(guessed));
+    doubts.push_back("the description has no " + std::string(key) + " limit of " + joined(guessed) + "; " +
+                     number(guess) + " in [excitation.limits] is a guess");
+  }
+}
+
+// Before there is a log: what a motion to record is designed with.
+ExperimentDraft design_draft(const Parts& found, const Path& file) {
+  const Robot& robot = found.robot;
+  const std::string name = file.filename().string();
+  ExperimentDraft draft;
+  draft.complete = true;
+  Writer out;
+  out.comment("Look it over, then");
+  out.comment("  rivid excite " + name +
+              " --output plan --report   designs a motion, forecasts what it shows");
+  out.comment("  rivid play plan --on ARM   plays and records it; or play plan/motion.csv by your own means");
+  out.comment("docs/excite.md and docs/experiment_more.md list every key.");
+  out.line();
+  write_robot(out, robot, from_folder(found.robot_file, file.parent_path()), found.options, false, false, {});
+  out.line("[excitation]");
+  out.key("duration", "20", "s");
+  out.key("rate_hz", "500", "of the controller that plays it");
+  out.comment("noise = […]   # N·m, of each joint's torque; else 1 % of its limit");
+  out.line();
+  out.line("[excitation.limits]");
+  out.key("acceleration", "5", "rad/s², m/s²; one for all joints or a list");
+  write_limit(out, robot, "lower", &Joint::lower, -3.1, draft.doubts);
+  write_limit(out, robot, "upper", &Joint::upper, 3.1, draft.doubts);
+  write_limit(out, robot, "velocity", &Joint::max_velocity, 1.0, draft.doubts);
+  out.line();
+  const std::string last = on_one_line(robot.joints.back().link);
+  if (robot.chain.branches()) {
+    draft.doubts.emplace_back("the robot branches: [excitation.space] is for arms alone, see to collisions");
+  } else {
+    out.line("[excitation.space]");
+    out.key("clearance", "0.02", "m, that links keep from all of it and from each other");
+    out.key("floor", "0", "m, in the base frame");
+    out.comment("boxes = [{ name = \"table\", min = [0.6, -0.5, 0], max = [1.2, 0.5, 0.2] }]");
+    out.comment("capsules = [{ link = " + toml_string(last) +
+                ", from = [0, 0, 0], to = [0, 0, 0.2], radius = 0.08 }]   # instead of its shape: tool too");
+    draft.doubts.push_back("is there a tool or gripper on " + last +
+                           " that the description lacks? Its room goes into [excitation.space], capsules");
+  }
+  draft.text = std::move(out).text();
+  return draft;
+}
+
 // The joints that a log has positions of, where those of some are missing: of a gripper, or of another arm. They
 // are those that its columns are named after, or of a tree all on the way to some link. Empty where the log has
 // those of all, or nothing fits, or more than one way.
@@ -422,9 +483,6 @@ std::vector<std::string> logged_joints(const Robot& robot, std::span<const std::
 
 ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const UrdfOptions& options,
                                  std::span<const Path> logs) {
-  if (logs.empty()) {
-    throw InputError("draft_experiment: no log is given, at least one is required");
-  }
   for (const Path& log : logs) {
     if (log.extension() == ".urdf") {
       throw InputError(log.string() + ": is a robot, which comes before the logs");
@@ -438,6 +496,11 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
   Parts found;
   found.robot_file = robot_file;
   found.options = options;
+  found.robot =
+      is_table(robot_file) ? detail::read_mdh(robot_file, options.gravity) : read_urdf(robot_file, options);
+  if (logs.empty()) {
+    return design_draft(found, file);
+  }
   found.logs.assign(logs.begin(), logs.end());
   found.names = column_names(logs.front());
   for (const Path& log : logs.subspan(1)) {
@@ -446,8 +509,6 @@ ExperimentDraft draft_experiment(const Path& file, const Path& robot_file, const
                        "; all logs of an experiment file have the same");
     }
   }
-  found.robot =
-      is_table(robot_file) ? detail::read_mdh(robot_file, options.gravity) : read_urdf(robot_file, options);
   if (!is_table(robot_file) && options.tip.empty() && options.moving.empty()) {
     found.options.moving = logged_joints(found.robot, found.names);
     if (!found.options.moving.empty()) {

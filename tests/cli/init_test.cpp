@@ -50,6 +50,14 @@ TEST_F(Init, SaysWhatIsMissingAndExitsWithOne) {
   EXPECT_NE(run.err.find("wrote new.toml, incomplete\n"), std::string::npos) << run.err;
 }
 
+TEST_F(Init, WritesADesignWithoutALog) {
+  const Outcome run = identify({"init", "scara.urdf", "--output", "new.toml"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("next: rivid excite new.toml --output plan --report\n"), std::string::npos)
+      << run.err;
+  EXPECT_NE(folder().read("new.toml").find("[excitation.space]\n"), std::string::npos);
+}
+
 TEST_F(Init, TakesSecondsAndNanosecondsTogether) {
   std::string log = "header.stamp.sec,header.stamp.nanosec,q1,q2,v1,v2\n";
   for (int k = 0; k < 500; ++k) {

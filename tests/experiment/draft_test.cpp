@@ -11,6 +11,7 @@
 
 #include "rivid/data/log.hpp"
 #include "rivid/error.hpp"
+#include "rivid/experiment/excitation.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/two_arms.hpp"
@@ -413,6 +414,24 @@ TEST_F(Draft, ReadsTheGainsOfAControllersOwnModel) {
   const ExperimentDraft found = draft(ur);
   EXPECT_NE(found.text.find("drive_gain = [11.5, 9.25, 4]"), std::string::npos) << found.text;
   EXPECT_NE(found.text.find("control = [\"i1\", \"i2\", \"i3\"]"), std::string::npos) << found.text;
+}
+
+// Before there is a log: what rivid excite reads, guesses of limits and the room of a tool asked for.
+TEST_F(Draft, IsOfADesignWithoutALog) {
+  const ExperimentDraft made = draft(numbered, {});
+  EXPECT_TRUE(made.complete);
+  ASSERT_EQ(made.doubts.size(), 4U);
+  EXPECT_EQ(made.doubts[0],
+            "the description has no lower limit of joint_1, joint_2, joint_3; -3.1 in "
+            "[excitation.limits] is a guess");
+  EXPECT_NE(made.doubts[3].find("tool or gripper on joint_3_body"), std::string::npos) << made.doubts[3];
+  folder().write("robot.toml", made.text);
+  const ExcitationPlan plan = read_excitation(folder().path() / "robot.toml");
+  EXPECT_EQ(plan.options.limits.lower, Vector::Constant(3, -3.1));
+  EXPECT_EQ(plan.options.limits.upper, Vector::Constant(3, 3.1));
+  EXPECT_EQ(plan.options.limits.velocity, Vector::Constant(3, 1.0));
+  EXPECT_EQ(plan.options.limits.acceleration, Vector::Constant(3, 5.0));
+  EXPECT_EQ(plan.options.space.half_spaces.size(), 1U);
 }
 
 }  // namespace
