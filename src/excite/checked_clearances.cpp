@@ -1,27 +1,16 @@
 #include "excite/checked_clearances.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
 #include "excite/clearance.hpp"
-#include "rivid/model/kdl.hpp"
 
 namespace rivid::detail {
 
 namespace {
-
-LinkPose pose_of(const KDL::Frame& frame) {
-  LinkPose out;
-  for (int row = 0; row < 3; ++row) {
-    out.o[row] = frame.p[row];
-    for (int column = 0; column < 3; ++column) {
-      out.R(row, column) = frame.M(row, column);
-    }
-  }
-  return out;
-}
 
 // What is at least between two bodies: what a direction separates of all points is apart, whoever found it.
 double proven_distance(const Body& a, const LinkPose& at_a, const Body& b, const LinkPose& at_b) {
@@ -56,9 +45,9 @@ std::vector<ClearanceUse> checked_clearances(const Robot& robot, const Space& sp
   if (kept.empty()) {
     return {};
   }
-  const KDL::Chain chain = kdl_chain(robot);
-  const std::vector<Body> bodies = bodies_of(robot, space);
-  const std::vector<BodyPair> pairs = pairs_of(space, bodies);
+  const LinkTree tree = link_tree(robot.chain);
+  const std::vector<Body> bodies = bodies_of(robot, tree, space);
+  const std::vector<BodyPair> pairs = pairs_of(tree, space, bodies);
   assert(pairs.size() == kept.size());
   std::vector<ClearanceUse> out;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -70,13 +59,24 @@ std::vector<ClearanceUse> checked_clearances(const Robot& robot, const Space& sp
                    .distance = std::numeric_limits<double>::infinity(),
                    .wanted = kept[k] ? space.clearance : std::numeric_limits<double>::quiet_NaN()});
   }
-  std::vector<LinkPose> frames(robot.joints.size() + 1);
+  std::vector<Eigen::Isometry3d> placed(tree.order.size());
+  std::vector<LinkPose> frames(tree.order.size() + 1);
   const auto frame = [&](const Body& body) { return frames[static_cast<std::size_t>(body.joint + 1)]; };
   for (Index row = 0; row < q.rows() && !pairs.empty(); ++row) {
-    KDL::Frame at;
-    for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-      at = at * chain.getSegment(static_cast<unsigned>(j)).pose(q(row, static_cast<Index>(j)));
-      frames[j + 1] = pose_of(at);
+    const Vector positions = expanded(tree, q.row(row).transpose());
+    for (std::size_t j = 0; j < placed.size(); ++j) {
+      const Chain::Link& link = tree.chain.links[j];
+      const int parent = tree.chain.parent(j);
+      const double x = positions[static_cast<Index>(j)];
+      Eigen::Isometry3d& at = placed[j];
+      at = parent < 0 ? Eigen::Isometry3d::Identity() : placed[static_cast<std::size_t>(parent)];
+      at.translate(link.p).rotate(link.R);
+      if (link.type == JointType::revolute) {
+        at.rotate(Eigen::AngleAxisd(x, Eigen::Vector3d::UnitZ()));
+      } else {
+        at.translate(x * Eigen::Vector3d::UnitZ());
+      }
+      frames[j + 1] = {at.linear() * link_axes(link).transpose(), at.translation()};
     }
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const Body& body = bodies[pairs[k].body];

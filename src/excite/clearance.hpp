@@ -13,7 +13,7 @@ namespace rivid::detail {
 
 /// A link, or an obstacle, as convex parts.
 struct Body {
-  Index joint = -1;  ///< that moves it; −1: nothing does
+  Index joint = -1;  ///< that moves it, in the order of a LinkTree; −1: nothing does
   std::string name;
   std::vector<Hull> parts = {};
   bool is_assumed = false;   ///< a guess of where the link is
@@ -28,10 +28,13 @@ struct BodyPair {
 };
 
 /// Links with their parts in the frames of the links, then the boxes.
-[[nodiscard]] std::vector<Body> bodies_of(const Robot& robot, const Space& space);
+///
+/// @param tree  link_tree() of the robot
+[[nodiscard]] std::vector<Body> bodies_of(const Robot& robot, const LinkTree& tree, const Space& space);
 
 /// All pairs that can be kept apart, body by body with half-spaces, boxes and bodies.
-[[nodiscard]] std::vector<BodyPair> pairs_of(const Space& space, const std::vector<Body>& bodies);
+[[nodiscard]] std::vector<BodyPair> pairs_of(const LinkTree& tree, const Space& space,
+                                             const std::vector<Body>& bodies);
 
 /// Distances that a robot keeps, each between a link and an obstacle or another link, with their exact
 /// derivatives by the joint positions.
@@ -51,15 +54,19 @@ class Clearances {
   [[nodiscard]] const std::string& first(Index pair) const;
   [[nodiscard]] const std::string& second(Index pair) const;
 
-  /// Frames of the joints at a pose.
+  /// Frames of the joints at a pose, in the order of a LinkTree, then that of the base.
   [[nodiscard]] std::vector<LinkPose> frames(const Eigen::Ref<const Vector>& q) const;
 
   /// Distance between the surfaces of a pair, negative where they overlap [m].
   ///
   /// @param frames  of frames()
-  /// @param slope   where wanted: its derivatives, (n)
-  [[nodiscard]] double distance(Index pair, const std::vector<LinkPose>& frames,
-                                Vector* slope = nullptr) const;
+  [[nodiscard]] double distance(Index pair, const std::vector<LinkPose>& frames) const;
+
+  /// Its derivatives by the joint positions, (n).
+  ///
+  /// @param frames  of frames(q)
+  [[nodiscard]] Vector slope(Index pair, const std::vector<LinkPose>& frames,
+                             const Eigen::Ref<const Vector>& q) const;
 
   /// Distances of all pairs at one pose, (size) [m].
   [[nodiscard]] Vector at(const Eigen::Ref<const Vector>& q) const;
@@ -92,6 +99,7 @@ class Clearances {
                  const Eigen::Vector3d& direction, Vector& slope) const;
 
   const Robot& robot_;
+  LinkTree tree_;
   std::vector<HalfSpace> half_spaces_;
   std::vector<Body> bodies_;              // parts in the frames of the joints
   std::vector<std::vector<Ball>> balls_;  // of their parts

@@ -606,13 +606,6 @@ std::unique_ptr<const Reference> Excitation::reference() const {
 }
 
 std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) const {
-  if (space.wanted() && !robot.chain.dependents.empty()) {
-    return "joint \"" + robot.chain.dependents.front().joint +
-           "\" depends on others, clearances are for chains alone; leave space out";
-  }
-  if (space.wanted() && robot.chain.branches()) {
-    return "the robot branches, clearances are for chains alone; leave space out, or name a last link as tip";
-  }
   if (has_load(robot)) {
     return "a motion is designed for parameters that the torques are linear in, and friction of a joint "
            "follows its load; "

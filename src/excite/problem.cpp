@@ -170,14 +170,14 @@ void Problem::keep_clear(const Motion& motion, Value& out, Matrix* jacobian) {
   std::vector<Matrix> by_coefficients(static_cast<std::size_t>(pairs),
                                       Matrix::Zero(tables_.position.cols(), motion.joints()));
   Vector share;
-  Vector slope;
   for (Index p = 0; p < pairs; ++p) {
     const Index limit = std::ssize(limits_) + p;
     const Vector g = (task_.space.clearance - distances.col(p).array()) / clearance_scale;
     out.limits[limit] = soft_maximum(g, rho_, share) + shifts_[limit];
     for (Index k = 0; jacobian != nullptr && k < N; ++k) {
       if (share[k] != 0.0) {
-        (void)clearances_.distance(p, frames[static_cast<std::size_t>(k)], &slope);
+        const Vector slope =
+            clearances_.slope(p, frames[static_cast<std::size_t>(k)], motion.q.row(k).transpose());
         by_coefficients[static_cast<std::size_t>(p)].noalias() -=
             share[k] / clearance_scale * tables_.position.row(k).transpose() * slope.transpose();
       }

@@ -13,6 +13,16 @@ struct LinkPose {
   Eigen::Vector3d o = Eigen::Vector3d::Zero();
 };
 
+/// Positions of the joints of all links in the order of a tree, as Dependence::expand() writes them.
+inline Vector expanded(const LinkTree& tree, const Eigen::Ref<const Vector>& q) {
+  if (tree.dependence.empty()) {
+    return q;
+  }
+  Vector out(static_cast<Index>(tree.dependence.memory(1)));
+  tree.dependence.expand<double>({q.data(), nullptr, nullptr}, 1, out.data());
+  return out;
+}
+
 /// The frames of all links at a posture.
 ///
 /// @param q    (n)
@@ -20,10 +30,8 @@ struct LinkPose {
 inline void place_links(const Chain& chain, const Eigen::Ref<const Vector>& q, std::vector<LinkPose>& out) {
   if (!chain.dependents.empty()) {
     const LinkTree tree = link_tree(chain);
-    Vector all(static_cast<Index>(tree.dependence.memory(1)));
-    tree.dependence.expand<double>({q.data(), nullptr, nullptr}, 1, all.data());
     std::vector<LinkPose> placed(tree.order.size());
-    place_links(tree.chain, all, placed);
+    place_links(tree.chain, expanded(tree, q), placed);
     for (std::size_t k = 0; k < placed.size(); ++k) {
       out[tree.order[k]] = placed[k];
     }
