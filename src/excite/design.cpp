@@ -191,10 +191,14 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
   double least = std::numeric_limits<double>::infinity();
   Index limit = 0;
   Vector least_of_each;
-  for (int k = 0; k < (curve_->starts_fixed() ? 1 : poses); ++k) {
-    Vector pose(curve_->joints());
+  Vector best(curve_->joints());
+  for (int k = 0; k < (curve_->starts_fixed() ? 1 : 2 * poses); ++k) {
+    Vector pose = best;
     for (Index j = 0; j < pose.size(); ++j) {
-      pose[j] = bounds.lower[j] + within(random) * (bounds.upper[j] - bounds.lower[j]);
+      // A random pose rarely suits all of many joints: then a few of the best one's are drawn again.
+      if (k < poses || random() % 4 == 0) {
+        pose[j] = bounds.lower[j] + within(random) * (bounds.upper[j] - bounds.lower[j]);
+      }
     }
     const Vector z = curve_->at_rest(pose);
     const Vector values = check(z);
@@ -207,6 +211,7 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
     if (worst < least) {
       least = worst;
       limit = at;
+      best = pose;
     }
   }
   // A limit that none of the poses keeps says more than the best pose.
@@ -220,7 +225,7 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
                         ? "the robot can not rest at start within its limits: "
                         : "no pose was found in which the robot can rest within its limits; in the "
                           "best of " +
-                              std::to_string(poses) + " random ones ") +
+                              std::to_string(2 * poses) + " random ones ") +
                    detail::excess_in_words(task_, limit, least));
 }
 
