@@ -394,6 +394,11 @@ TEST_F(FreeFlight, WithoutTorqueAKnownMassGivesItsDescription) {
     const auto mass = std::ranges::find_if(
         found.base.parameters, [](const BaseParameter& p) { return p.leading.kind == ParameterKind::M; });
     EXPECT_EQ(found.chi[mass - found.base.parameters.begin()], 8.0);
+    const ParameterEstimate& told =
+        found.parameters[static_cast<std::size_t>(mass - found.base.parameters.begin())];
+    EXPECT_NEAR(told.sigma, 1e-6 * 8.0, 1e-8);
+    EXPECT_LT(std::abs(told.noise_bias), 0.1);
+    EXPECT_EQ(std::ranges::find(found.warnings, "dead_torque", &Finding::code), found.warnings.end());
   }
   // Of a false mass all is false by one factor.
   const Experiment read = experiment(with(text, "total_mass = 8.0", "total_mass = 16.0"));
