@@ -12,20 +12,8 @@
 
 namespace rivid {
 
-namespace {
-
-std::vector<std::string> link_names(const Robot& robot) {
-  std::vector<std::string> out;
-  for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
-    out.push_back(robot.link_name(j));
-  }
-  return out;
-}
-
-}  // namespace
-
 std::optional<std::string> Space::complaint(const Robot& robot) const {
-  const std::vector<std::string> names = link_names(robot);
+  const std::vector<std::string> names = detail::link_names(robot);
   const auto is_none = [&](const std::string& link) {
     return link != robot.base && std::ranges::find(names, link) == names.end();
   };

@@ -1,11 +1,32 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "rivid/model/chain.hpp"
+#include "rivid/model/robot.hpp"
 
 namespace rivid::detail {
+
+/// Names of all links that have a body, from Robot::first_body() on.
+inline std::vector<std::string> link_names(const Robot& robot) {
+  std::vector<std::string> out;
+  for (auto j = static_cast<std::size_t>(robot.first_body()); j < robot.chain.links.size(); ++j) {
+    out.push_back(robot.link_name(j));
+  }
+  return out;
+}
+
+/// The moving link of that name, counted from 0; nothing where there is none.
+inline std::optional<std::size_t> link_called(const Robot& robot, std::string_view name) {
+  const std::vector<std::string> links = link_names(robot);
+  const auto at = std::ranges::find(links, name);
+  return at == links.end() ? std::nullopt
+                           : std::optional<std::size_t>(at - links.begin() + robot.first_body());
+}
 
 /// Where frame j is, in the frame of the base.
 struct LinkPose {
