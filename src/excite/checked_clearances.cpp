@@ -1,5 +1,6 @@
 #include "excite/checked_clearances.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -7,24 +8,12 @@
 #include <span>
 
 #include "excite/clearance.hpp"
-#include "rivid/model/kdl.hpp"
 
 namespace rivid::detail {
 
 namespace {
 
-LinkPose pose_of(const KDL::Frame& frame) {
-  LinkPose out;
-  for (int row = 0; row < 3; ++row) {
-    out.o[row] = frame.p[row];
-    for (int column = 0; column < 3; ++column) {
-      out.R(row, column) = frame.M(row, column);
-    }
-  }
-  return out;
-}
-
-std::vector<Eigen::Matrix3Xd> placed(const Body& body, const LinkPose& at) {
+std::vector<Eigen::Matrix3Xd> placed_parts(const Body& body, const LinkPose& at) {
   std::vector<Eigen::Matrix3Xd> out;
   for (const Hull& part : body.parts) {
     out.emplace_back((at.R * part.points).colwise() + at.o);
@@ -74,9 +63,9 @@ std::vector<ClearanceUse> checked_clearances(const Robot& robot, const Space& sp
   if (kept.empty()) {
     return {};
   }
-  const KDL::Chain chain = kdl_chain(robot);
-  const std::vector<Body> bodies = bodies_of(robot, space);
-  const std::vector<BodyPair> pairs = pairs_of(space, bodies);
+  const LinkTree tree = link_tree(robot.chain);
+  const std::vector<Body> bodies = bodies_of(robot, tree, space);
+  const std::vector<BodyPair> pairs = pairs_of(tree, space, bodies);
   assert(pairs.size() == kept.size());
   std::vector<ClearanceUse> out;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -88,17 +77,28 @@ std::vector<ClearanceUse> checked_clearances(const Robot& robot, const Space& sp
                    .distance = std::numeric_limits<double>::infinity(),
                    .wanted = kept[k] ? space.clearance : std::numeric_limits<double>::quiet_NaN()});
   }
-  std::vector<LinkPose> frames(robot.joints.size() + 1);
+  std::vector<Eigen::Isometry3d> placed(tree.order.size());
+  std::vector<LinkPose> frames(tree.order.size() + 1);
   std::vector<std::vector<Eigen::Matrix3Xd>> parts(bodies.size());
   std::vector<std::vector<Eigen::Vector3d>> normals(pairs.size());
   for (Index row = 0; row < q.rows() && !pairs.empty(); ++row) {
-    KDL::Frame at;
-    for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-      at = at * chain.getSegment(static_cast<unsigned>(j)).pose(q(row, static_cast<Index>(j)));
-      frames[j + 1] = pose_of(at);
+    const Vector positions = expanded(tree, q.row(row).transpose());
+    for (std::size_t j = 0; j < placed.size(); ++j) {
+      const Chain::Link& link = tree.chain.links[j];
+      const int parent = tree.chain.parent(j);
+      const double x = positions[static_cast<Index>(j)];
+      Eigen::Isometry3d& at = placed[j];
+      at = parent < 0 ? Eigen::Isometry3d::Identity() : placed[static_cast<std::size_t>(parent)];
+      at.translate(link.p).rotate(link.R);
+      if (link.type == JointType::revolute) {
+        at.rotate(Eigen::AngleAxisd(x, Eigen::Vector3d::UnitZ()));
+      } else {
+        at.translate(x * Eigen::Vector3d::UnitZ());
+      }
+      frames[j + 1] = {at.linear() * link_axes(link).transpose(), at.translation()};
     }
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-      parts[b] = placed(bodies[b], frames[static_cast<std::size_t>(bodies[b].joint + 1)]);
+      parts[b] = placed_parts(bodies[b], frames[static_cast<std::size_t>(bodies[b].joint + 1)]);
     }
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const std::size_t a = pairs[k].body;

@@ -9,7 +9,7 @@
 namespace rivid::detail {
 
 /// Smallest distance of every pair along a motion, the nearest first and those that are left out last. Frames
-/// are KDL's, and each distance is proven by a direction that separates all points of the two bodies: what
+/// are Eigen's, and each distance is proven by a direction that separates all points of the two bodies: what
 /// Clearances, which designs the motion, may have wrong in either does not hide what is near.
 ///
 /// @param kept  Clearances::kept() of the same robot and space

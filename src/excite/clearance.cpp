@@ -13,30 +13,14 @@
 
 namespace rivid {
 
-namespace {
-
-// The joint that moves a link, −1 for the base, nothing for a name that is none.
-std::optional<Index> joint_of(const Robot& robot, const std::string& link) {
-  if (link == robot.base) {
-    return -1;
-  }
-  const auto found = std::ranges::find(robot.joints, link, &Joint::link);
-  return found == robot.joints.end() ? std::nullopt : std::optional<Index>(found - robot.joints.begin());
-}
-
-std::vector<std::string> link_names(const Robot& robot) {
-  std::vector<std::string> out(robot.joints.size());
-  std::ranges::transform(robot.joints, out.begin(), &Joint::link);
-  return out;
-}
-
-}  // namespace
-
 std::optional<std::string> Space::complaint(const Robot& robot) const {
+  const std::vector<std::string> names = detail::link_names(robot);
+  const auto is_none = [&](const std::string& link) {
+    return link != robot.base && std::ranges::find(names, link) == names.end();
+  };
   for (const Capsule& capsule : capsules) {
-    if (!joint_of(robot, capsule.link)) {
-      return "capsules: the robot has no link " + in_quotes(capsule.link) +
-             did_you_mean(capsule.link, link_names(robot));
+    if (is_none(capsule.link)) {
+      return "capsules: the robot has no link " + in_quotes(capsule.link) + did_you_mean(capsule.link, names);
     }
     if (!(capsule.radius > 0.0)) {
       return "capsules: the radius of " + in_quotes(capsule.link) + " is " + number(capsule.radius) +
@@ -45,8 +29,8 @@ std::optional<std::string> Space::complaint(const Robot& robot) const {
   }
   for (const LinkPair& pair : ignored) {
     for (const std::string& link : {pair.first, pair.second}) {
-      if (!joint_of(robot, link)) {
-        return "ignored: the robot has no link " + in_quotes(link) + did_you_mean(link, link_names(robot));
+      if (is_none(link)) {
+        return "ignored: the robot has no link " + in_quotes(link) + did_you_mean(link, names);
       }
     }
   }
@@ -89,31 +73,40 @@ Eigen::Matrix3Xd corners(const Box& box) {
   return out;
 }
 
-// The line from the joint to the next one, of a link that nobody gave a shape; nothing for a point that is the
-// end of the body before it.
-std::optional<Eigen::Matrix3Xd> usual_line(const Robot& robot, Index joint, bool is_free) {
-  const auto next = static_cast<std::size_t>(joint + 1);
-  Vector3d to = Vector3d::Zero();
-  if (next < robot.chain.links.size()) {
-    to = robot.chain.links[next].p;
-    if (joint >= 0) {
-      to = link_axes(robot.chain.links[static_cast<std::size_t>(joint)]) * to;
+// The lines from the joint to the next ones, of a link that nobody gave a shape; of points that are the end of
+// the body before it none.
+std::vector<Eigen::Matrix3Xd> usual_lines(const Chain& chain, Index joint, bool is_free) {
+  std::vector<Eigen::Matrix3Xd> out;
+  const auto add = [&](const Vector3d& to) {
+    if (!to.isZero(0.0) || (is_free && out.empty())) {
+      out.emplace_back(3, 2) << Vector3d::Zero(), to;
+    }
+  };
+  for (std::size_t k = 0; k < chain.links.size(); ++k) {
+    if (chain.parent(k) == joint) {
+      const Vector3d& to = chain.links[k].p;
+      add(joint < 0 ? to : Vector3d(link_axes(chain.links[static_cast<std::size_t>(joint)]) * to));
     }
   }
-  if (to.isZero(0.0) && !is_free) {
-    return std::nullopt;
+  if (out.empty()) {
+    add(Vector3d::Zero());
   }
-  Eigen::Matrix3Xd out(3, 2);
-  out << Vector3d::Zero(), to;
   return out;
+}
+
+// Whether one of two links carries the other.
+bool are_neighbours(const Chain& chain, Index a, Index b) {
+  return (b >= 0 && chain.parent(static_cast<std::size_t>(b)) == a) ||
+         (a >= 0 && chain.parent(static_cast<std::size_t>(a)) == b);
 }
 
 }  // namespace
 
-std::vector<Body> bodies_of(const Robot& robot, const Space& space) {
+std::vector<Body> bodies_of(const Robot& robot, const LinkTree& tree, const Space& space) {
   std::vector<Body> out;
-  for (Index joint = -1; joint < robot.size(); ++joint) {
-    const std::string& name = joint < 0 ? robot.base : robot.joints[static_cast<std::size_t>(joint)].link;
+  for (Index joint = -1; joint < std::ssize(tree.order); ++joint) {
+    const std::string& name =
+        joint < 0 ? robot.base : robot.link_name(tree.order[static_cast<std::size_t>(joint)]);
     Body body{.joint = joint, .name = name};
     for (const Capsule& capsule : space.capsules) {
       if (capsule.link == name) {
@@ -131,10 +124,11 @@ std::vector<Body> bodies_of(const Robot& robot, const Space& space) {
       }
     }
     if (body.parts.empty()) {
-      const bool is_free =
-          joint >= 0 && !out.empty() && out.back().joint == joint - 1 && !out.back().is_assumed;
-      if (const auto line = usual_line(robot, joint, is_free)) {
-        body.parts.push_back(part_of(name, *line, space.radius));
+      const auto before = std::ranges::find_if(
+          out, [&](const Body& b) { return are_neighbours(tree.chain, b.joint, joint); });
+      const bool is_free = before != out.end() && !before->is_assumed;
+      for (const Eigen::Matrix3Xd& line : usual_lines(tree.chain, joint, is_free)) {
+        body.parts.push_back(part_of(name, line, space.radius));
         body.is_assumed = true;
       }
     }
@@ -148,7 +142,7 @@ std::vector<Body> bodies_of(const Robot& robot, const Space& space) {
   return out;
 }
 
-std::vector<BodyPair> pairs_of(const Space& space, const std::vector<Body>& bodies) {
+std::vector<BodyPair> pairs_of(const LinkTree& tree, const Space& space, const std::vector<Body>& bodies) {
   std::vector<BodyPair> out;
   const std::size_t links = bodies.size() - space.boxes.size();
   for (std::size_t a = 0; a < links; ++a) {
@@ -161,8 +155,8 @@ std::vector<BodyPair> pairs_of(const Space& space, const std::vector<Body>& bodi
     }
     for (std::size_t b = a + 1; space.self_collision && b < links; ++b) {
       // Guesses of neighbours have the joint in common.
-      const bool meet =
-          bodies[b].joint == bodies[a].joint + 1 && bodies[a].is_assumed && bodies[b].is_assumed;
+      const bool meet = are_neighbours(tree.chain, bodies[a].joint, bodies[b].joint) &&
+                        bodies[a].is_assumed && bodies[b].is_assumed;
       if (!meet) {
         out.push_back({.body = a, .other = static_cast<Index>(b)});
       }
@@ -174,9 +168,10 @@ std::vector<BodyPair> pairs_of(const Space& space, const std::vector<Body>& bodi
 Clearances::Clearances(const Robot& robot, const Space& space, const Vector& lower, const Vector& upper,
                        std::vector<Finding>& findings)
     : robot_(robot),
+      tree_(link_tree(robot.chain)),
       half_spaces_(space.half_spaces),
-      bodies_(bodies_of(robot, space)),
-      pairs_(pairs_of(space, bodies_)),
+      bodies_(bodies_of(robot, tree_, space)),
+      pairs_(pairs_of(tree_, space, bodies_)),
       kept_(pairs_.size(), false) {
   for (HalfSpace& half_space : half_spaces_) {
     const double length = half_space.normal.norm();
@@ -190,7 +185,7 @@ Clearances::Clearances(const Robot& robot, const Space& space, const Vector& low
     for (Hull& part : body.parts) {
       if (body.joint >= 0) {
         // The user's link frame has the origin of frame j and its axes, renamed.
-        const Chain::Link& link = robot_.chain.links[static_cast<std::size_t>(body.joint)];
+        const Chain::Link& link = tree_.chain.links[static_cast<std::size_t>(body.joint)];
         part.points = (link_axes(link).transpose() * part.points).eval();
       }
       const Vector3d centre = 0.5 * (part.points.rowwise().minCoeff() + part.points.rowwise().maxCoeff());
@@ -249,7 +244,8 @@ void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, const
       if (is_obstacle(pairs_[k])) {
         // What the first link stands on it stands on in every pose. Inside of it, the obstacle is not where
         // it was meant to be.
-        kept = kept || std::abs(at_last[k] - at_first[k]) > unchanged || bodies_[pairs_[k].body].joint > 0 ||
+        kept = kept || std::abs(at_last[k] - at_first[k]) > unchanged ||
+               !are_neighbours(tree_.chain, -1, bodies_[pairs_[k].body].joint) ||
                nearest.cores->distance < -deep;
       }
       kept_[k] = kept;
@@ -276,7 +272,8 @@ void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, const
                                  "is " + number(at_last[i], 3) + " m from " + second(k) +
                                      " in every pose, where " + number(space.clearance, 3) +
                                      " m is asked: it stands there, and no motion changes that"});
-    } else if (bodies_[static_cast<std::size_t>(pair.other)].joint == bodies_[pair.body].joint + 1) {
+    } else if (are_neighbours(tree_.chain, bodies_[pair.body].joint,
+                              bodies_[static_cast<std::size_t>(pair.other)].joint)) {
       neighbours += (neighbours.empty() ? "" : ", ") + first(k) + " and " + second(k);
     } else {
       findings.push_back(Finding{"clearance_left_out", first(k),
@@ -301,8 +298,8 @@ LinkPose Clearances::pose_of(const Body& body, const std::vector<LinkPose>& fram
 }
 
 std::vector<LinkPose> Clearances::frames(const Eigen::Ref<const Vector>& q) const {
-  std::vector<LinkPose> out(robot_.chain.links.size() + 1);
-  place_links(robot_.chain, q, out);
+  std::vector<LinkPose> out(tree_.order.size() + 1);
+  place_links(tree_.chain, expanded(tree_, q), out);
   return out;
 }
 
@@ -393,42 +390,51 @@ Clearances::Nearest Clearances::nearest_of(const BodyPair& pair, const std::vect
   }
 }
 
-// Velocity of a point of a link along a direction, by the joints before it.
+// Velocity of a point of a link along a direction, by the joints that move it.
 void Clearances::add_slope(Index joint, const std::vector<LinkPose>& frames, const Vector3d& point,
                            const Vector3d& direction, Vector& slope) const {
-  for (Index k = 0; k <= joint; ++k) {
+  for (Index k = joint; k >= 0; k = tree_.chain.parent(static_cast<std::size_t>(k))) {
     const LinkPose& frame = frames[static_cast<std::size_t>(k)];
     const Vector3d z = frame.R.col(2);
-    const bool turns = robot_.chain.links[static_cast<std::size_t>(k)].type == JointType::revolute;
+    const bool turns = tree_.chain.links[static_cast<std::size_t>(k)].type == JointType::revolute;
     slope[k] += direction.dot(turns ? Vector3d(z.cross(point - frame.o)) : z);
   }
 }
 
 Vector Clearances::slope_of(const BodyPair& pair, const std::vector<LinkPose>& frames,
-                            const Separation& cores) const {
-  Vector out = Vector::Zero(robot_.size());
-  add_slope(bodies_[pair.body].joint, frames, cores.first, cores.normal, out);
+                            const Separation& cores, const Eigen::Ref<const Vector>& q) const {
+  Vector of_links = Vector::Zero(std::ssize(tree_.order));
+  add_slope(bodies_[pair.body].joint, frames, cores.first, cores.normal, of_links);
   if (pair.other >= 0) {
-    add_slope(bodies_[static_cast<std::size_t>(pair.other)].joint, frames, cores.second, -cores.normal, out);
+    add_slope(bodies_[static_cast<std::size_t>(pair.other)].joint, frames, cores.second, -cores.normal,
+              of_links);
   }
+  if (tree_.dependence.empty()) {
+    return of_links;
+  }
+  Vector out(robot_.size());
+  tree_.dependence.fold(of_links.data(), robot_.joints.size(), expanded(tree_, q).data(), out.data());
   return out;
 }
 
-Matrix Clearances::along(const std::vector<std::vector<LinkPose>>& motion, double beyond,
-                         std::vector<Matrix>* slopes) const {
-  Matrix out(std::ssize(motion), size());
+Matrix Clearances::along(const Matrix& q, double beyond, std::vector<Matrix>* slopes) const {
+  std::vector<std::vector<LinkPose>> motion;
+  for (const auto& pose : q.rowwise()) {
+    motion.push_back(frames(pose.transpose()));
+  }
+  Matrix out(q.rows(), size());
   if (slopes != nullptr) {
-    slopes->assign(pairs_.size(), Matrix::Zero(std::ssize(motion), robot_.size()));
+    slopes->assign(pairs_.size(), Matrix::Zero(q.rows(), robot_.size()));
   }
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
     Known known{.parts = parts_of(pairs_[p])};
     double least = std::numeric_limits<double>::infinity();
-    for (Index k = 0; k < std::ssize(motion); ++k) {
-      const std::vector<LinkPose>& frames = motion[static_cast<std::size_t>(k)];
-      const Nearest nearest = nearest_of(pairs_[p], frames, known, least + beyond);
+    for (Index k = 0; k < q.rows(); ++k) {
+      const std::vector<LinkPose>& at = motion[static_cast<std::size_t>(k)];
+      const Nearest nearest = nearest_of(pairs_[p], at, known, least + beyond);
       out(k, static_cast<Index>(p)) = nearest.distance;
       if (slopes != nullptr && nearest.cores != nullptr) {
-        (*slopes)[p].row(k) = slope_of(pairs_[p], frames, *nearest.cores).transpose();
+        (*slopes)[p].row(k) = slope_of(pairs_[p], at, *nearest.cores, q.row(k).transpose()).transpose();
       }
       least = std::min(least, nearest.distance);
     }

@@ -14,7 +14,7 @@ namespace rivid::detail {
 
 /// A link, or an obstacle, as convex parts.
 struct Body {
-  Index joint = -1;  ///< that moves it; −1: nothing does
+  Index joint = -1;  ///< that moves it, in the order of a LinkTree; −1: nothing does
   std::string name;
   std::vector<Hull> parts = {};
   bool is_assumed = false;   ///< a guess of where the link is
@@ -29,10 +29,13 @@ struct BodyPair {
 };
 
 /// Links with their parts in the frames of the links, then the boxes.
-[[nodiscard]] std::vector<Body> bodies_of(const Robot& robot, const Space& space);
+///
+/// @param tree  link_tree() of the robot
+[[nodiscard]] std::vector<Body> bodies_of(const Robot& robot, const LinkTree& tree, const Space& space);
 
 /// All pairs that can be kept apart, body by body with half-spaces, boxes and bodies.
-[[nodiscard]] std::vector<BodyPair> pairs_of(const Space& space, const std::vector<Body>& bodies);
+[[nodiscard]] std::vector<BodyPair> pairs_of(const LinkTree& tree, const Space& space,
+                                             const std::vector<Body>& bodies);
 
 /// Distances that a robot keeps, each between a link and an obstacle or another link, with their exact
 /// derivatives by the joint positions.
@@ -52,18 +55,14 @@ class Clearances {
   [[nodiscard]] const std::string& first(Index pair) const;
   [[nodiscard]] const std::string& second(Index pair) const;
 
-  /// Frames of the joints at a pose.
-  [[nodiscard]] std::vector<LinkPose> frames(const Eigen::Ref<const Vector>& q) const;
-
   /// Distances between the surfaces of all pairs along a motion, negative where they overlap, (samples × size)
   /// [m]. Of those that are larger than the smallest of the samples before by more than `beyond` it is a lower
   /// bound that is so, too.
   ///
-  /// @param motion  of each sample frames()
+  /// @param q       positions, (samples × n)
   /// @param slopes  where wanted: of each pair the derivatives by the joint positions, (samples × n); zero where
   ///                there is a bound alone
-  [[nodiscard]] Matrix along(const std::vector<std::vector<LinkPose>>& motion, double beyond,
-                             std::vector<Matrix>* slopes = nullptr) const;
+  [[nodiscard]] Matrix along(const Matrix& q, double beyond, std::vector<Matrix>* slopes = nullptr) const;
 
  private:
   // That a part lies within.
@@ -85,6 +84,8 @@ class Clearances {
     LinkPose seen = {};                                          // of the first body by the second one
   };
 
+  // Of the joints at a pose, in the order of a LinkTree, then that of the base.
+  [[nodiscard]] std::vector<LinkPose> frames(const Eigen::Ref<const Vector>& q) const;
   [[nodiscard]] static LinkPose pose_of(const Body& body, const std::vector<LinkPose>& frames);
   [[nodiscard]] std::vector<PartPair> parts_of(const BodyPair& pair) const;
   [[nodiscard]] LinkPose seen(const BodyPair& pair, const std::vector<LinkPose>& frames) const;
@@ -99,7 +100,7 @@ class Clearances {
   Nearest nearest_of(const BodyPair& pair, const std::vector<LinkPose>& frames, Known& known,
                      double enough = std::numeric_limits<double>::infinity()) const;
   [[nodiscard]] Vector slope_of(const BodyPair& pair, const std::vector<LinkPose>& frames,
-                                const Separation& cores) const;
+                                const Separation& cores, const Eigen::Ref<const Vector>& q) const;
   [[nodiscard]] bool is_obstacle(const BodyPair& pair) const;
   void leave_out_pairs(const Vector& lower, const Vector& upper, const Space& space,
                        std::vector<Finding>& findings);
@@ -107,6 +108,7 @@ class Clearances {
                  const Eigen::Vector3d& direction, Vector& slope) const;
 
   Robot robot_;
+  LinkTree tree_;
   std::vector<HalfSpace> half_spaces_;
   std::vector<Body> bodies_;              // parts in the frames of the joints
   std::vector<std::vector<Ball>> balls_;  // of their parts

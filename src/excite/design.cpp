@@ -194,10 +194,14 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
   Index limit = 0;
   Vector least_of_each;
   Vector best;
-  for (int k = 0; k < (curve_->starts_fixed() ? 1 : poses); ++k) {
-    Vector pose(curve_->joints());
+  Vector best_pose(curve_->joints());
+  for (int k = 0; k < (curve_->starts_fixed() ? 1 : 2 * poses); ++k) {
+    Vector pose = best_pose;
     for (Index j = 0; j < pose.size(); ++j) {
-      pose[j] = bounds.lower[j] + within(random) * (bounds.upper[j] - bounds.lower[j]);
+      // A random pose rarely suits all of many joints: then a few of the best one's are drawn again.
+      if (k < poses || random() % 4 == 0) {
+        pose[j] = bounds.lower[j] + within(random) * (bounds.upper[j] - bounds.lower[j]);
+      }
     }
     const Vector z = curve_->at_rest(pose);
     const Vector values = check(z);
@@ -208,6 +212,7 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
       least = worst;
       limit = at;
       best = z;
+      best_pose = pose;
     }
     if (least < -room) {
       return best;
@@ -227,7 +232,7 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
                         ? "the robot can not rest at start within its limits: "
                         : "no pose was found in which the robot can rest within its limits; in the "
                           "best of " +
-                              std::to_string(poses) + " random ones ") +
+                              std::to_string(2 * poses) + " random ones ") +
                    detail::excess_in_words(task_, limit, least));
 }
 
@@ -632,13 +637,6 @@ std::unique_ptr<const Reference> Excitation::reference() const {
 }
 
 std::optional<std::string> ExcitationOptions::complaint(const Robot& robot) const {
-  if (space.wanted() && !robot.chain.dependents.empty()) {
-    return "joint \"" + robot.chain.dependents.front().joint +
-           "\" depends on others, clearances are for chains alone; leave space out";
-  }
-  if (space.wanted() && robot.chain.branches()) {
-    return "the robot branches, clearances are for chains alone; leave space out, or name a last link as tip";
-  }
   if (has_load(robot)) {
     return "a motion is designed for parameters that the torques are linear in, and friction of a joint "
            "follows its load; "

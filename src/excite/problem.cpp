@@ -19,14 +19,6 @@ std::vector<Index> nonzero(const Vector& x) {
   return out;
 }
 
-std::vector<std::vector<LinkPose>> frames_along(const Clearances& clearances, const Matrix& q) {
-  std::vector<std::vector<LinkPose>> out;
-  for (const auto& pose : q.rowwise()) {
-    out.push_back(clearances.frames(pose.transpose()));
-  }
-  return out;
-}
-
 Vector middles(double duration, Index samples) {
   const double step = duration / static_cast<double>(samples);
   return Vector::LinSpaced(samples, 0.5 * step, duration - 0.5 * step);
@@ -161,8 +153,7 @@ void Problem::keep_clear(const Motion& motion, Value& out, Matrix* jacobian) {
   // Beyond this a sample has no share of a soft maximum.
   const double beyond = -negligible_exponent / rho_ * clearance_scale;
   std::vector<Matrix> slopes;
-  const Matrix distances =
-      clearances_.along(frames_along(clearances_, motion.q), beyond, jacobian != nullptr ? &slopes : nullptr);
+  const Matrix distances = clearances_.along(motion.q, beyond, jacobian != nullptr ? &slopes : nullptr);
   const Index m = curve_.per_joint();
   Vector share;
   for (Index p = 0; p < pairs; ++p) {
@@ -275,8 +266,7 @@ Vector DenseCheck::operator()(const Vector& z) {
     out[static_cast<Index>(l)] = peak(limits_[l], limited).value;
   }
   if (clearances_.size() > 0) {
-    const Vector nearest =
-        clearances_.along(frames_along(clearances_, motion.q), 0.0).colwise().minCoeff().transpose();
+    const Vector nearest = clearances_.along(motion.q, 0.0).colwise().minCoeff().transpose();
     out.tail(nearest.size()) =
         (task_.space.clearance + clearance_reserve - nearest.array()) / clearance_scale;
   }

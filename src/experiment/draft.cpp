@@ -424,18 +424,15 @@ ExperimentDraft design_draft(const Parts& found, const Path& file) {
   write_limit(out, robot, "velocity", &Joint::max_velocity, 1.0, draft.doubts);
   out.line();
   const std::string last = on_one_line(robot.joints.back().link);
-  if (robot.chain.branches()) {
-    draft.doubts.emplace_back("the robot branches: [excitation.space] is for arms alone, see to collisions");
-  } else {
-    out.line("[excitation.space]");
-    out.key("clearance", "0.02", "m, that links keep from all of it and from each other");
-    out.key("floor", "0", "m, in the base frame");
-    out.comment("boxes = [{ name = \"table\", min = [0.6, -0.5, 0], max = [1.2, 0.5, 0.2] }]");
-    out.comment("capsules = [{ link = " + toml_string(last) +
-                ", from = [0, 0, 0], to = [0, 0, 0.2], radius = 0.08 }]   # instead of its shape: tool too");
-    draft.doubts.push_back("is there a tool or gripper on " + last +
-                           " that the description lacks? Its room goes into [excitation.space], capsules");
-  }
+  out.line("[excitation.space]");
+  out.key("clearance", "0.01", "m, that links keep from all of it and from each other");
+  out.line(std::string(robot.chain.branches() ? "# " : "") +
+           "floor = 0                         # m, in the base frame");
+  out.comment("boxes = [{ name = \"table\", min = [0.6, -0.5, 0], max = [1.2, 0.5, 0.2] }]");
+  out.comment("capsules = [{ link = " + toml_string(last) +
+              ", from = [0, 0, 0], to = [0, 0, 0.2], radius = 0.08 }]   # instead of its shape: tool too");
+  draft.doubts.push_back("is there a tool or gripper on " + last +
+                         " that the description lacks? Its room goes into [excitation.space], capsules");
   draft.text = std::move(out).text();
   return draft;
 }

@@ -144,6 +144,7 @@ void Experiment::take_method(std::string_view name) {
 
 std::vector<std::filesystem::path> Experiment::inputs(Use use) const {
   std::vector<std::filesystem::path> out = {file, robot_file};
+  out.insert(out.end(), robot_tables.begin(), robot_tables.end());
   if (use == Use::simulation) {
     append_simulation_inputs(*this, out);
   } else {

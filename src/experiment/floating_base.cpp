@@ -180,13 +180,4 @@ Log with_wrenches(Log log, const Log& wrenches, const LogSource& source, const R
   return log;
 }
 
-std::optional<std::size_t> link_called(const Robot& robot, std::string_view name) {
-  for (auto j = static_cast<std::size_t>(robot.first_body()); j < robot.chain.links.size(); ++j) {
-    if (robot.link_name(j) == name) {
-      return j;
-    }
-  }
-  return std::nullopt;
-}
-
 }  // namespace rivid::detail

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
-#include <string_view>
 #include <vector>
 
 #include "rivid/experiment/experiment.hpp"
@@ -24,8 +22,5 @@ using ColumnsRead = std::function<Log(const LogOptions&)>;
 
 /// The log with the torques that the measured wrenches make: τ += Jᵀ w.
 [[nodiscard]] Log with_wrenches(Log log, const Log& wrenches, const LogSource& source, const Robot& robot);
-
-/// The moving link of that name, nothing where there is none.
-[[nodiscard]] std::optional<std::size_t> link_called(const Robot& robot, std::string_view name);
 
 }  // namespace rivid::detail

@@ -51,9 +51,9 @@ void read_excitation_plan(TomlReader keys, ExcitationPlan& out) {
 
 std::vector<std::filesystem::path> ExcitationPlan::inputs() const {
   std::vector<std::filesystem::path> out = {experiment.file, experiment.robot_file};
-  out.insert(out.end(), known.begin(), known.end());
-  const std::vector<std::filesystem::path>& meshes = options.space.model.meshes;
-  out.insert(out.end(), meshes.begin(), meshes.end());
+  for (const auto* const files : {&experiment.robot_tables, &known, &options.space.model.meshes}) {
+    out.insert(out.end(), files->begin(), files->end());
+  }
   return out;
 }
 

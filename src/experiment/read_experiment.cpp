@@ -119,6 +119,13 @@ Experiment experiment_of(const toml::table& table, FileSections& sections,
   Experiment out;
   out.file = path;
   out.robot = detail::read_robot(*sections.robot, out.robot_file);
+  if (const toml::node* const dependent = sections.robot->find("dependent")) {
+    for (const toml::node* const item : TomlReader::items(*dependent)) {
+      if (auto file = sections.robot->section(*item, "dependent").get<std::filesystem::path>("table")) {
+        out.robot_tables.push_back(*std::move(file));
+      }
+    }
+  }
   read_sections(sections, out);
   out.origins = detail::origins(table);
   return out;

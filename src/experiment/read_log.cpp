@@ -1,5 +1,5 @@
-#include "experiment/floating_base.hpp"
 #include "experiment/sections.hpp"
+#include "model/link_poses.hpp"
 
 namespace rivid::detail {
 
@@ -32,14 +32,10 @@ void read_more(TomlReader& keys, LogSource::BasePose& out) {
 
 void read_more(TomlReader& keys, LogSource::Contact& out) {
   out.wrench = keys.columns("wrench", {6, 3});
-  const Robot& robot = keys.robot();
-  if (!link_called(robot, out.link)) {
-    std::vector<std::string> links;
-    for (auto j = static_cast<std::size_t>(robot.first_body()); j < robot.chain.links.size(); ++j) {
-      links.push_back(robot.link_name(j));
-    }
+  if (const Robot& robot = keys.robot(); !link_called(robot, out.link)) {
     keys.fail(*keys.find("link"), "link",
-              "is no moving link of robot \"" + robot.name + "\", which has " + quoted_list(links) +
+              "is no moving link of robot \"" + robot.name + "\", which has " +
+                  quoted_list(link_names(robot)) +
                   ": of one that is fixed to such a link take that and `at`");
   }
 }

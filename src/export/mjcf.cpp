@@ -3,6 +3,7 @@
 #include <map>
 #include <pugixml.hpp>
 #include <sstream>
+#include <tuple>
 #include <variant>
 
 #include "dense.hpp"
@@ -264,24 +265,20 @@ class MjcfWriter {
         put(node, "polycoef", exact(joint.mimic->offset) + " " + exact(joint.mimic->multiplier) + " 0 0 0");
       }
     }
-    using Dependent = Chain::Dependent;
-    const auto bar_of = [](const Dependent& dependent) {
+    const auto bar_of = [](const Chain::Dependent& dependent) {
       return dependent.curve ? std::get_if<FourBarAngle>(&*dependent.curve) : nullptr;
     };
-    for (const Dependent& coupler : task_.robot.chain.dependents) {
+    const auto linkage = [&](const Chain::Dependent& of) {
+      const FourBarAngle& b = *bar_of(of);
+      return std::tuple(of.terms.front().joint, b.ground, b.crank, b.coupler, b.rocker, b.crank_angle,
+                        b.mirrored);
+    };
+    for (const Chain::Dependent& coupler : task_.robot.chain.dependents) {
       const FourBarAngle* const bar = bar_of(coupler);
-      for (const Dependent& rocker : task_.robot.chain.dependents) {
+      for (const Chain::Dependent& rocker : task_.robot.chain.dependents) {
         const FourBarAngle* const other = bar_of(rocker);
-        if (bar == nullptr || other == nullptr || bar->of_rocker || !other->of_rocker ||
-            coupler.terms.front().joint != rocker.terms.front().joint) {
-          continue;
-        }
-        FourBarAngle of_coupler = *other;  // the same linkage
-        of_coupler.of_rocker = false;
-        of_coupler.zero = bar->zero;
-        of_coupler.reversed = bar->reversed;
-        of_coupler.closing = bar->closing;
-        if (of_coupler == *bar) {
+        if (bar != nullptr && other != nullptr && !bar->of_rocker && other->of_rocker &&
+            linkage(coupler) == linkage(rocker)) {
           const pugi::xml_node node = child_of(equality, "connect");
           put(node, "body1", coupler.link);
           put(node, "body2", rocker.link);

@@ -61,9 +61,15 @@ class CollisionReader {
         robot_(robot),
         document_(document),
         tree_(detail::urdf_topology(document)),
-        frames_(robot.joints.size()),
-        origins_(robot.joints.size() + 1) {
-    detail::place_links(robot.chain, Vector::Zero(robot.size()), frames_);
+        frames_(robot.chain.links.size()),
+        origins_(frames_.size() + 1) {
+    // With all joints at 0, those that follow others too.
+    const detail::LinkTree links = detail::link_tree(robot.chain);
+    std::vector<detail::LinkPose> placed(frames_.size());
+    detail::place_links(links.chain, Vector::Zero(std::ssize(placed)), placed);
+    for (std::size_t k = 0; k < placed.size(); ++k) {
+      frames_[links.order[k]] = placed[k];
+    }
   }
 
   CollisionModel run() {
@@ -74,7 +80,7 @@ class CollisionReader {
 
  private:
   [[nodiscard]] const std::string& link_of(Index joint) const {
-    return joint < 0 ? robot_.base : robot_.joints[static_cast<std::size_t>(joint)].link;
+    return joint < 0 ? robot_.base : robot_.link_name(static_cast<std::size_t>(joint));
   }
 
   // The frame of a link of the robot at q = 0.
@@ -109,8 +115,8 @@ class CollisionReader {
       }
       for (const int j : link.children) {
         const detail::UrdfTopology::Joint& next = tree_.joint(j);
-        const auto own = std::ranges::find(robot_.joints, next.name, &Joint::name);
-        open.push_back({next.child, own == robot_.joints.end() ? at.joint : own - robot_.joints.begin(),
+        const auto own = robot_.link_of(next.name);
+        open.push_back({next.child, own ? static_cast<Index>(*own) : at.joint,
                         at.pose * isometry(document_.pose(next.node))});
       }
     }
@@ -192,17 +198,20 @@ class CollisionReader {
     const auto has_body = [&](Index joint) {
       return std::ranges::find(out_.hulls, link_of(joint), &Hull::link) != out_.hulls.end();
     };
-    for (Index joint = -1; joint < robot_.size(); ++joint) {
+    const Chain& chain = robot_.chain;
+    for (Index joint = -1; joint < std::ssize(frames_); ++joint) {
       if (has_body(joint)) {
         continue;
       }
       std::vector<Vector3d>& points = origins_[static_cast<std::size_t>(joint + 1)];
-      if (joint + 1 < robot_.size()) {
-        points.push_back(frame(joint).inverse() * frame(joint + 1).translation());
+      for (Index next = 0; next < std::ssize(frames_); ++next) {
+        if (chain.parent(static_cast<std::size_t>(next)) == joint) {
+          points.push_back(frame(joint).inverse() * frame(next).translation());
+        }
       }
       const bool is_point = std::ranges::all_of(points, [](const Vector3d& p) { return p.norm() < 1e-9; });
       // A point is the end of the body before it, unless that one has a shape.
-      if (!is_point || (joint >= 0 && has_body(joint - 1))) {
+      if (!is_point || (joint >= 0 && has_body(chain.parent(static_cast<std::size_t>(joint))))) {
         Hull hull = detail::enclosing_hull(
             Eigen::Map<const Eigen::Matrix3Xd>(points.front().data(), 3, static_cast<Index>(points.size())));
         hull.link = link_of(joint);
@@ -226,7 +235,6 @@ class CollisionReader {
 }  // namespace
 
 CollisionModel read_collision(const Path& urdf, const Robot& robot) {
-  require_independent("read_collision", robot.chain);
   refuse_larger(urdf, robot_limit);
   const detail::UrdfDocument document(read_input(urdf).bytes(), urdf.string());
   return CollisionReader(urdf, robot, document).run();

@@ -67,15 +67,15 @@ class Resolver {
     behind.push_back(dependent.joint);
     Sum out{Vector::Zero(n), dependent.offset};
     for (const auto& [name, factor] : dependent.of) {
-      if (const auto other = std::ranges::find(names_, name);
-          other != names_.end() && curved(static_cast<std::size_t>(other - names_.begin())) != nullptr) {
+      const std::size_t place =
+          place_of(name, who_of(dependent.joint) + "it follows \"" + name + "\", which");
+      if (curved(place) != nullptr) {
         throw InputError(
             who_of(dependent.joint) + "it follows \"" + name +
             "\", a passive joint of a four-bar linkage or of a table; only joints of which q is a "
             "sum are followed");
       }
-      const Sum other =
-          sum(place_of(name, who_of(dependent.joint) + "it follows \"" + name + "\", which"), behind);
+      const Sum other = sum(place, behind);
       out.factors += factor * other.factors;
       out.offset += factor * other.offset;
     }
@@ -150,22 +150,22 @@ Robot with_dependents(Robot robot, std::span<const DependentJoint> dependents) {
       robot.joints.push_back(all.joints[j]);
       continue;
     }
+    Chain::Dependent& dependent = robot.chain.dependents.emplace_back(
+        Chain::Dependent{.joint = all.joints[j].name, .link = all.joints[j].link});
     if (const DependentJoint* const curved = resolver.curved(j)) {
-      Chain::Dependent& dependent = robot.chain.dependents.emplace_back(
-          Chain::Dependent{.joint = all.joints[j].name, .link = all.joints[j].link, .curve = curved->curve});
+      dependent.curve = curved->curve;
       for (const std::size_t k : resolver.leaders(*curved)) {
         dependent.terms.push_back({places[k]});
       }
       continue;
     }
     const Resolver::Sum sum = resolver.sum(j);
-    Chain::Dependent dependent{.joint = all.joints[j].name, .link = all.joints[j].link, .offset = sum.offset};
+    dependent.offset = sum.offset;
     for (std::size_t k = 0; k < order.size(); ++k) {
       if (const double factor = sum.factors[static_cast<Index>(k)]; factor != 0.0) {
         dependent.terms.push_back({places[k], factor});
       }
     }
-    robot.chain.dependents.push_back(std::move(dependent));
   }
   if (const auto fault = robot.complaint()) {
     throw InputError(*fault);

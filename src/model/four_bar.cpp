@@ -63,11 +63,11 @@ class Linkage {
   }
 
   [[nodiscard]] std::size_t place_of(const std::string& name) const {
-    const auto at = std::ranges::find(robot_.joints, name, &Joint::name);
-    if (at == robot_.joints.end()) {
+    const auto at = robot_.link_of(name);
+    if (!at) {
       refuse("no joint of the robot is called \"" + name + "\"");
     }
-    return static_cast<std::size_t>(at - robot_.joints.begin());
+    return *at;
   }
 
   [[nodiscard]] Eigen::Vector3d axis(std::size_t link) const { return poses_[link].R.col(2); }

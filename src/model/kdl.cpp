@@ -191,10 +191,6 @@ bool is_revolute(KDL::Joint::JointType type) {
          type == KDL::Joint::RotZ;
 }
 
-}  // namespace
-
-namespace {
-
 // Adds segments to a robot, each behind one that has been added.
 class RobotBuilder {
  public:

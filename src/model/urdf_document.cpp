@@ -318,25 +318,6 @@ int named_link(const UrdfDocument& document, const UrdfTopology& tree, const std
   return static_cast<int>(place - all.begin());
 }
 
-// Every joint that moves by itself behind `base`, and those that are no joints of one axis, which are refused
-// later.
-std::vector<int> moving_joints(const UrdfTopology& tree, int base) {
-  std::vector<int> out;
-  std::vector<int> open = {base};
-  while (!open.empty()) {
-    const int link = open.back();
-    open.pop_back();
-    for (const int j : tree.link(link).children) {
-      const UrdfTopology::Joint& joint = tree.joint(j);
-      if (joint.moves() && !joint.mimic()) {
-        out.push_back(j);
-      }
-      open.push_back(joint.child);
-    }
-  }
-  return out;
-}
-
 // The joints from the base to a link; empty where the base does not carry it.
 std::vector<int> way_to(const UrdfTopology& tree, int base, int link) {
   std::vector<int> out;
@@ -346,6 +327,19 @@ std::vector<int> way_to(const UrdfTopology& tree, int base, int link) {
   }
   std::ranges::reverse(out);
   return link == base ? out : std::vector<int>{};
+}
+
+// Every joint that moves by itself behind `base`, and those that are no joints of one axis, which are refused
+// later.
+std::vector<int> moving_joints(const UrdfTopology& tree, int base) {
+  std::vector<int> out;
+  for (int j = 0; j < static_cast<int>(tree.joints.size()); ++j) {
+    const UrdfTopology::Joint& joint = tree.joint(j);
+    if (joint.moves() && !joint.mimic() && !way_to(tree, base, joint.child).empty()) {
+      out.push_back(j);
+    }
+  }
+  return out;
 }
 
 // Those joints behind `base` that follow others, as stated, or as the file says of leaders that move.
@@ -403,16 +397,21 @@ std::vector<int> depth_first(const UrdfTopology& tree, int base, const std::vect
   return out;
 }
 
+// Holds what moves on the way, but for these joints.
+void hold_others(UrdfTopology& tree, const UrdfPath& path, const std::vector<int>& moving) {
+  for (const int j : path.joints) {
+    UrdfTopology::Joint& joint = tree.joints[static_cast<std::size_t>(j)];
+    joint.held = joint.moves() && std::ranges::find(moving, j) == moving.end();
+  }
+}
+
 // Holds joints of a chain that follow one beside it.
 void hold_mimics(UrdfTopology& tree, std::span<const DependentJoint> stated, const UrdfPath& path) {
   std::vector<int> moving;
   std::ranges::copy_if(path.joints, std::back_inserter(moving),
                        [&](int j) { return tree.joint(j).moves() && !tree.joint(j).mimic(); });
   add_followers(tree, path.base, stated, moving);
-  for (const int j : path.joints) {
-    UrdfTopology::Joint& joint = tree.joints[static_cast<std::size_t>(j)];
-    joint.held = joint.moves() && std::ranges::find(moving, j) == moving.end();
-  }
+  hold_others(tree, path, moving);
 }
 
 UrdfPath path_to_tip(const UrdfDocument& document, UrdfTopology& tree, int base, const UrdfOptions& options) {
@@ -502,22 +501,17 @@ UrdfPath urdf_path(const UrdfDocument& document, UrdfTopology& tree, const UrdfO
   }
   std::vector<bool> marked(tree.joints.size(), false);
   for (const int joint : moving) {
-    int link = tree.joint(joint).child;
-    while (link != base && tree.link(link).parent >= 0 &&
-           !marked[static_cast<std::size_t>(tree.link(link).parent)]) {
-      marked[static_cast<std::size_t>(tree.link(link).parent)] = true;
-      link = tree.joint(tree.link(link).parent).parent;
-    }
-    if (link != base && tree.link(link).parent < 0) {
+    const std::vector<int> way = way_to(tree, base, tree.joint(joint).child);
+    if (way.empty()) {
       throw InputError(document.source() + ": base \"" + tree.link(base).name + "\" does not carry joint \"" +
                        tree.joint(joint).name + "\"");
     }
+    for (const int on_it : way) {
+      marked[static_cast<std::size_t>(on_it)] = true;
+    }
   }
   UrdfPath path{base, depth_first(tree, base, marked)};
-  for (const int joint : path.joints) {
-    UrdfTopology::Joint& on_it = tree.joints[static_cast<std::size_t>(joint)];
-    on_it.held = on_it.moves() && std::ranges::find(moving, joint) == moving.end();
-  }
+  hold_others(tree, path, moving);
   return path;
 }
 

@@ -420,7 +420,7 @@ TEST_F(Excite, RefusesWithTheJointAndTheNumber) {
   expect_refused(
       {"arm/excite.toml", "--set", "excitation.limits.torque=[100, 1, 60, 30, 30, 20]", "--set",
        "excitation.limits.lower=1", "--set", "excitation.limits.upper=1.2"},
-      "no pose was found in which the robot can rest within its limits; in the best of 500 random ones "
+      "no pose was found in which the robot can rest within its limits; in the best of 1000 random ones "
       "joint_2: torque is ");
   expect_refused({"arm/excite.toml", "--set", "excitation.start=[0, 0, 0, 0, 9, 0]"},
                  "joint_5: position is 9 where it may be ");

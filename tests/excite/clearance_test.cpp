@@ -7,10 +7,15 @@
 #include <fcl/narrowphase/distance.h>
 #include <gtest/gtest.h>
 
+#include <kdl/treefksolverpos_recursive.hpp>
+#include <map>
 #include <random>
 
 #include "excite/checked_clearances.hpp"
+#include "rivid/model/dependent.hpp"
 #include "rivid/model/urdf.hpp"
+#include "support/random_matrix.hpp"
+#include "support/random_tree.hpp"
 #include "support/robots.hpp"
 
 namespace rivid {
@@ -121,7 +126,7 @@ TEST(Distance, OfParallelAndShortSegmentsIsTheirs) {
 }
 
 Matrix along(const detail::Clearances& clearances, const Vector& q, std::vector<Matrix>* slopes = nullptr) {
-  return clearances.along({clearances.frames(q)}, 0.0, slopes);
+  return clearances.along(q.transpose(), 0.0, slopes);
 }
 
 Vector at(const detail::Clearances& clearances, const Vector& q) {
@@ -136,10 +141,28 @@ Space surroundings() {
   return out;
 }
 
+// One joint of a tree follows two others by a sum, another one by a curve.
+Robot dependent_tree() {
+  test::RandomChain draw(4);
+  const Robot tree = test::frictionless(test::random_tree(draw, 9));
+  const Vector x = Vector::LinSpaced(200, -2.5, 2.5);
+  return with_dependents(
+      tree, std::vector<DependentJoint>{{.joint = tree.joints[2].name,
+                                         .of = {{tree.joints[1].name, -0.7}, {tree.joints[4].name, 1.2}},
+                                         .offset = 0.3},
+                                        {.joint = tree.joints[0].name,
+                                         .of = {{tree.joints[3].name, 1.0}},
+                                         .curve = spline_through(x, x.array().sin().matrix())}});
+}
+
 TEST(Clearances, HaveExactSlopes) {
   std::mt19937_64 random(9);
-  std::vector<Robot> robots = {read_urdf(RIVID_DATA "/six_axis/six_axis.urdf"),
-                               test::random_robot(6, random)};
+  std::vector<Robot> robots = {read_urdf(RIVID_DATA "/six_axis/six_axis.urdf"), test::random_robot(6, random),
+                               dependent_tree()};
+  for (int k = 0; k < 5; ++k) {
+    test::RandomChain draw(static_cast<std::uint64_t>(k));
+    robots.push_back(test::frictionless(test::random_tree(draw, 8)));
+  }
   for (const Robot& robot : robots) {
     const Index n = robot.size();
     std::vector<Finding> findings;
@@ -273,21 +296,91 @@ TEST(Clearances, LeaveOutLinksThatAreNearInEveryPoseAlone) {
   EXPECT_EQ(std::ssize(findings), left_out + 1);
 }
 
+// A tree whose segments end where they turn or slide, along z of their tip.
+KDL::Tree tree_along_z(test::RandomChain& draw, int segments) {
+  KDL::Tree out("base");
+  for (int i = 0; i < segments; ++i) {
+    const KDL::Frame tip(draw.rotation(), draw.vector(0.5));
+    const auto type = draw.integer(0, 3) == 0 ? KDL::Joint::TransAxis : KDL::Joint::RotAxis;
+    const int hook = draw.integer(0, i);
+    out.addSegment(KDL::Segment("link_" + std::to_string(i + 1),
+                                KDL::Joint("joint_" + std::to_string(i + 1), tip.p, tip.M.UnitZ(), type), tip,
+                                draw.body()),
+                   hook == 0 ? "base" : "link_" + std::to_string(hook));
+  }
+  return out;
+}
+
+// Frames by KDL, distances by FCL: capsules of links of a tree, and of the base.
+TEST(Clearances, OfTreesAreThoseOfFcl) {
+  std::mt19937_64 random(5);
+  int apart = 0;
+  for (int k = 0; k < 20; ++k) {
+    test::RandomChain draw(static_cast<std::uint64_t>(k));
+    // A copy numbers the joints depth first, as that of the solver does.
+    const KDL::Tree drawn = tree_along_z(draw, 8);
+    const KDL::Tree tree(drawn);
+    Robot robot = robot_from(tree);
+    robot.base = "base";
+    const auto n = static_cast<unsigned>(robot.size());
+    std::map<std::string, Segment> lines = {{"base", random_segment(random)}};
+    for (const Joint& joint : robot.joints) {
+      lines[joint.link] = random_segment(random);
+    }
+    Space space;
+    for (const auto& [link, line] : lines) {
+      space.capsules.push_back({.link = link, .from = line.from, .to = line.to, .radius = 0.03});
+    }
+    std::vector<Finding> findings;
+    const Vector bound = Vector::Constant(n, 2.0);
+    const detail::Clearances clearances(robot, space, -bound, bound, findings);
+    KDL::JntArray at(n);
+    const Vector q = test::random_matrix(n, 1, static_cast<std::uint64_t>(k));
+    for (unsigned j = 0; j < n; ++j) {
+      at(GetTreeElementQNr(tree.getSegment(robot.joints[j].link)->second)) = q[j];
+    }
+    KDL::TreeFkSolverPos_recursive solver(tree);
+    for (auto& [link, line] : lines) {
+      KDL::Frame frame;
+      ASSERT_EQ(solver.JntToCart(at, frame, link), 0);
+      for (Eigen::Vector3d* const end : {&line.from, &line.to}) {
+        const KDL::Vector x = frame * KDL::Vector(end->x(), end->y(), end->z());
+        *end = {x.x(), x.y(), x.z()};
+      }
+    }
+    const Vector d = rivid::at(clearances, q);
+    for (Index p = 0; p < d.size(); ++p) {
+      const Segment& a = lines.at(clearances.first(p));
+      const Segment& b = lines.at(clearances.second(p));
+      if (d[p] < 0.01) {
+        continue;
+      }
+      ++apart;
+      const fcl::Capsuled first(0.03, (a.to - a.from).norm());
+      const fcl::Capsuled second(0.03, (b.to - b.from).norm());
+      EXPECT_NEAR(d[p], distance_of(first, placed(a), second, placed(b)), oracle_tolerance)
+          << k << ": " << clearances.first(p) << ", " << clearances.second(p);
+    }
+  }
+  EXPECT_GE(apart, 200);
+}
+
 // Two codes that have nothing in common.
 TEST(CheckedClearances, AreThoseOfTheSearch) {
   std::mt19937_64 random(12);
   for (const Robot& robot :
-       {read_urdf(RIVID_DATA "/six_axis/six_axis.urdf"), test::random_robot(6, random)}) {
+       {read_urdf(RIVID_DATA "/six_axis/six_axis.urdf"), test::random_robot(6, random), dependent_tree()}) {
+    const Index n = robot.size();
     Space space = surroundings();
     space.capsules = {
         {.link = robot.joints[4].link, .from = {0.1, 0, 0}, .to = {0, 0.2, -0.1}, .radius = 0.02},
         {.link = robot.base, .from = {0, 0.1, 0}, .to = {0.3, 0, 0.2}, .radius = 0.03}};
     std::vector<Finding> findings;
-    const Vector bound = Vector::Constant(6, 2.0);
+    const Vector bound = Vector::Constant(n, 2.0);
     detail::Clearances clearances(robot, space, -bound, bound, findings);
     std::uniform_real_distribution<double> within(-2.0, 2.0);
     for (int k = 0; k < 50; ++k) {
-      const Vector q = Vector::NullaryExpr(6, [&] { return within(random); });
+      const Vector q = Vector::NullaryExpr(n, [&] { return within(random); });
       const Vector d = at(clearances, q);
       const std::vector<ClearanceUse> found =
           detail::checked_clearances(robot, space, clearances.kept(), q.transpose(), 1.0);

@@ -469,7 +469,7 @@ TEST(Design, RefusesAJointThatGravityPins) {
   const std::string said = message(arm(), options);
   EXPECT_NE(
       said.find("design: no pose was found in which the robot can rest within its limits; in the best of "
-                "500 random ones joint_2: torque is "),
+                "1000 random ones joint_2: torque is "),
       std::string::npos)
       << said;
 }

@@ -16,6 +16,7 @@
 #include "rivid/excite/excitation.hpp"
 #include "rivid/model/urdf.hpp"
 #include "rivid/simulate/references.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace rivid {
 namespace {
@@ -91,15 +92,16 @@ double distance_of(const Placed& a, const Placed& b) {
   return result.min_distance;
 }
 
-// The default bodies of an arm of revolute joints, between the origins of their frames.
+// The default bodies of arms of revolute joints, between the origins of their frames.
 std::vector<Placed> bodies(const urdf::ModelInterface& model, const Robot& robot, const Vector& q,
                            double radius) {
   std::vector<fcl::Vector3d> origins = {fcl::Vector3d::Zero()};
   std::vector<Placed> out;
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
     origins.push_back(frame_of(model, robot, robot.joints[j].link, q).translation());
-    out.push_back(
-        capsule(j == 0 ? robot.base : robot.joints[j - 1].link, origins[j], origins[j + 1], radius));
+    const auto parent = static_cast<std::size_t>(robot.chain.parent(j) + 1);
+    out.push_back(capsule(parent == 0 ? robot.base : robot.joints[parent - 1].link, origins[parent],
+                          origins[j + 1], radius));
   }
   return out;
 }
@@ -208,6 +210,64 @@ TEST(ObstaclesOfASixAxisArm, CostTheFinishedMotionLittle) {
   EXPECT_TRUE(std::ranges::none_of(found.forecast.findings, [](const Finding& each) {
     return each.code == std::string_view("polishing_lost");
   }));
+}
+
+std::string arm_text(const std::string& side, double y) {
+  std::ostringstream out;
+  std::string parent = "torso";
+  const auto add = [&](const std::string& name, const std::string& axis, double x, double shift) {
+    const std::string link = side + name;
+    out << "<link name=\"" << link
+        << "\"><inertial><origin xyz=\"0.15 0 0.02\"/><mass value=\"2\"/><inertia ixx=\"0.01\" ixy=\"0\" "
+           "ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.02\"/></inertial></link><joint name=\"to_"
+        << link << "\" type=\"revolute\"><parent link=\"" << parent << "\"/><child link=\"" << link
+        << "\"/><origin xyz=\"" << x << " " << shift << " 0\"/><axis xyz=\"" << axis
+        << "\"/><limit lower=\"-1.6\" upper=\"1.6\" velocity=\"2\" effort=\"80\"/></joint>\n";
+    parent = link;
+  };
+  add("shoulder", "0 0 1", 0.0, y);
+  add("arm", "0 1 0", 0.05, 0.0);
+  add("forearm", "0 0 1", 0.35, 0.0);
+  add("hand", "1 0 0", 0.3, 0.0);
+  return out.str();
+}
+
+// Two arms 0.5 m apart that reach 0.7 m: a design of both at once keeps each clear of the other.
+TEST(ObstaclesOfTwoArms, AreEachOther) {
+  test::TemporaryFolder folder;
+  folder.write("two.urdf", "<robot name=\"two\"><link name=\"torso\"/>\n" + arm_text("left_", 0.25) +
+                               arm_text("right_", -0.25) + "</robot>\n");
+  const std::string file = (folder.path() / "two.urdf").string();
+  const Robot robot = read_urdf(file);
+  ASSERT_TRUE(robot.chain.branches());
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDFFile(file);
+  ExcitationOptions options{.duration = 10.0, .rate_hz = 200.0, .starts = 1, .evaluations = 60};
+  options.limits.acceleration = Vector::Constant(robot.size(), 8.0);
+  options.noise.sigma = Vector::Constant(robot.size(), 1.0);
+  const auto nearest = [&] {
+    const Excitation found = design(robot, options);
+    const std::unique_ptr<const Reference> reference = found.reference();
+    double least = std::numeric_limits<double>::infinity();
+    constexpr Index intervals = 4000;
+    Vector q(robot.size());
+    Vector qd(q.size());
+    Vector qdd(q.size());
+    for (Index k = 0; k <= intervals; ++k) {
+      reference->at(options.duration * static_cast<double>(k) / intervals, q, qd, qdd);
+      const std::vector<Placed> all = bodies(*model, robot, q, options.space.radius);
+      for (const Placed& a : all) {
+        for (const Placed& b : all) {
+          if (a.name.starts_with("left_") && b.name.starts_with("right_")) {
+            least = std::min(least, distance_of(a, b));
+          }
+        }
+      }
+    }
+    return least;
+  };
+  EXPECT_LE(nearest(), 0.0);
+  options.space.half_spaces = {{.name = "floor", .normal = {0, 0, 1}, .offset = -1.0}};  // out of reach
+  EXPECT_GE(nearest(), options.space.clearance - 1e-3);
 }
 
 const std::filesystem::path data = RIVID_DATA;

@@ -257,7 +257,11 @@ TEST_F(Palletiser, TakesDependentJointsFromTables) {
       "[[robot.dependent]]\njoint = \"elbow\"\nof = { crank = 1, shoulder = 1 }\ntable = \"encoder.csv\"\n"
       "columns = [\"c\", \"b\", \"a\"]\n[[robot.dependent]]\njoint = \"rod_joint\"\ntable = \"rod.csv\"\n";
   folder_.write("tables.toml", robot_section + tables + study);
-  const Robot by_table = read_monte_carlo(path("tables.toml")).experiment.robot;
+  const Experiment asked = read_monte_carlo(path("tables.toml")).experiment;
+  const Robot& by_table = asked.robot;
+  for (const char* const table : {"encoder.csv", "rod.csv"}) {
+    EXPECT_EQ(std::ranges::count(asked.inputs(), path(table)), 1) << table;
+  }
   const Robot by_sum = robot();
   const auto model = [](const Robot& robot) { return DynamicModel(robot, robot.chi_st()); };
   for (int k = 0; k < 50; ++k) {

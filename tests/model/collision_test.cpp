@@ -103,6 +103,25 @@ TEST_F(Collision, OfALinkWithoutShapeIsAGuessAboutItsFrames) {
   expect_extent(found.hulls[1], {0, 0, 0}, {0, 0.5, 0}, 1e-12);
 }
 
+// A finger whose joint follows the first one, turned where that one is at 0.
+TEST_F(Collision, OfADependentJointIsInItsOwnFrame) {
+  std::string text = arm("", body(R"(<sphere radius="0.07"/>)"), "");
+  text.replace(text.find("</robot>"), 8,
+               R"(<link name="finger">)" +
+                   body(R"(<box size="0.1 0.2 0.6"/>)", R"(<origin xyz="0 0 0.3"/>)") +
+                   R"(</link><joint name="j2" type="revolute"><parent link="first"/><child link="finger"/>
+<origin xyz="0 0.1 0"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="1" effort="9"/>
+<mimic joint="j1" multiplier="2" offset="0.5"/></joint></robot>)");
+  folder_.write("arm.urdf", text);
+  const Robot robot = read_urdf(folder_.path() / "arm.urdf");
+  ASSERT_EQ(robot.chain.dependents.size(), 1U);
+  const CollisionModel found = read_collision(folder_.path() / "arm.urdf", robot);
+  const auto finger = std::ranges::find(found.hulls, "finger", &Hull::link);
+  ASSERT_NE(finger, found.hulls.end());
+  EXPECT_FALSE(finger->is_assumed);
+  expect_extent(*finger, {-0.05, -0.1, 0.0}, {0.05, 0.1, 0.6}, 1e-12);
+}
+
 std::string binary_stl(const Matrix3Xd& corners) {
   std::string out(80, ' ');
   out.replace(0, 5, "solid");  // as some programs begin binary files

@@ -391,7 +391,8 @@ enum class Use {
 /// members empty.
 struct Experiment {
   std::filesystem::path file;
-  std::filesystem::path robot_file;  ///< URDF or modified Denavit-Hartenberg table
+  std::filesystem::path robot_file;                 ///< URDF or modified Denavit-Hartenberg table
+  std::vector<std::filesystem::path> robot_tables;  ///< that joints of [[robot.dependent]] follow
   Robot robot;
   LogSource log;
   /// [signal] and [method]. Control and sampling of IDIM-IV are those of [control], which identify_logs()

@@ -188,7 +188,9 @@ double next_to(const Eigen::Ref<const Vector>& x, double extreme) {
 void check_torque_values(const Robot& robot, std::span<const Log> logs, const Log& log, Findings& out) {
   const bool torques = log.tau.size() > 0;
   const Matrix& x = torques ? log.tau : log.v_tau;
-  if (x.cols() != robot.size()) {
+  // A base that floats needs no torques: these are not measured.
+  if (x.cols() != robot.size() ||
+      (robot.base_joints > 0 && x.rightCols(x.cols() - robot.base_joints).isZero(0.0))) {
     return;
   }
   const Matrix tau = effort(robot, log);

@@ -45,6 +45,9 @@ constexpr double judged_spacing = 0.08;
 constexpr double least_torque = 0.05;
 // Shorter windows are no longer tried once one is so many times worse than the best.
 constexpr double hopeless = 4.0;
+// Deviations that noise moves the estimate at half the window, root mean square, beyond which that estimate
+// says nothing of the model.
+constexpr double drowned = 10.0;
 // Rounds of a window and the fit from which the next one follows.
 constexpr int most_rounds = 4;
 // Samples that a window is chosen by: of longer logs a part stands for all, if each joint moves there at
@@ -491,7 +494,10 @@ class Chooser {
       }
       const Vector change = other->estimate.chi - fit.estimate.chi;
       const Vector by_noise = noise_bias(*problem_, other->estimate, fit.estimate.chi) - bias;
-      const Vector beyond = (change.cwiseAbs() - by_noise.cwiseAbs()).cwiseMax(0.0);
+      Vector beyond = (change.cwiseAbs() - by_noise.cwiseAbs()).cwiseMax(0.0);
+      const double by_sigma =
+          by_noise.cwiseQuotient(sigma).norm() / std::sqrt(static_cast<double>(beyond.size()));
+      beyond *= by_sigma > drowned ? 0.0 : 1.0;
       Index worst = 0;
       WindowShift found{.largest = change.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&worst),
                         .parameter = problem_->base.parameters[static_cast<std::size_t>(worst)].name,

@@ -15,6 +15,18 @@ namespace rivid::detail {
 
 namespace {
 
+// The part of a bias by noise that the estimate at twice the window shows: nearly all of the bias is gone there.
+// Two deviations more, so that it is all where the bias is small.
+double borne_out(const Vector& bias, const Vector& change, const Vector& sigma) {
+  const Vector expected = -bias.cwiseQuotient(sigma);
+  const Vector found = change.cwiseQuotient(sigma);
+  const double squares = expected.squaredNorm();
+  const double part = found.dot(expected) / squares;
+  const double deviation =
+      (found - part * expected).norm() / std::sqrt(squares * static_cast<double>(bias.size()));
+  return squares > 0.0 ? std::clamp(std::max(part, 0.0) + 2.0 * deviation, 0.0, 1.0) : 1.0;
+}
+
 // By what the choice of the rows moves the parameters, (b × shifts): the bias that noise is expected to leave,
 // and estimates at neighbouring windows where these are too far away for chance. Instruments see no such
 // noise, and have windows of their own.
@@ -31,27 +43,34 @@ Matrix row_shifts(const Answer& answer, Findings& out) {
     shifts.conservativeResize(b, shifts.cols() + 1);
     shifts.col(shifts.cols() - 1) = shift;
   };
-  if (inference.noise_bias.size() > 0) {
-    add(inference.noise_bias);
-  }
   const Vector sigma = inference.uncertainty.C.diagonal().cwiseSqrt();
   std::string moved;
   double most_moved = 0.0;
   // The windows were chosen with friction that does not follow the load.
   const BaseParameters chosen = base_parameters(without_load(problem.robot));
+  const auto mapped = [&](const Vector& of_chosen) {
+    Vector out = Vector::Zero(b);
+    for (Index i = 0, k = 0; i < b && k < of_chosen.size(); ++i) {
+      if (problem.base.parameters[static_cast<std::size_t>(i)].name ==
+          chosen.parameters[static_cast<std::size_t>(k)].name) {
+        out[i] = of_chosen[k++];
+      }
+    }
+    return out;
+  };
+  if (inference.noise_bias.size() > 0) {
+    const Vector& change = answer.rows->at_double.change;
+    add(change.size() == chosen.size()
+            ? borne_out(inference.noise_bias, mapped(change), sigma) * inference.noise_bias
+            : inference.noise_bias);
+  }
   for (const auto& [window, where] :
        {std::pair(&answer.rows->at_half, "half"), {&answer.rows->at_double, "double"}}) {
     constexpr double beyond_chance = 3.0;
     if (window->beyond_noise.size() != chosen.size()) {
       continue;
     }
-    Vector shift = Vector::Zero(b);
-    for (Index i = 0, k = 0; i < b && k < chosen.size(); ++i) {
-      if (problem.base.parameters[static_cast<std::size_t>(i)].name ==
-          chosen.parameters[static_cast<std::size_t>(k)].name) {
-        shift[i] = window->beyond_noise[k++];
-      }
-    }
+    const Vector shift = mapped(window->beyond_noise);
     Index most = 0;
     if (const double largest = shift.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&most);
         largest > beyond_chance) {

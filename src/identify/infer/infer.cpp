@@ -155,9 +155,10 @@ Statistics statistics_of(const EstimationProblem& problem, const Estimate& estim
   // Those of a loss are of its slopes and say nothing of predictions.
   out.blocks = estimate.loss ? std::vector<BlockSums>() : found.blocks;
   out.uncertainty.C.diagonal() += undetermined(estimate.bread);
-  // What is known has no scores.
-  out.uncertainty.C.diagonal() =
-      (out.uncertainty.C.diagonal().array() == 0.0).select(bread.diagonal(), out.uncertainty.C.diagonal());
+  // What is known has no scores but for roundings.
+  constexpr double rounding = 1e-12;
+  out.uncertainty.C.diagonal() = (out.uncertainty.C.diagonal().array() <= rounding * bread.diagonal().array())
+                                     .select(bread.diagonal(), out.uncertainty.C.diagonal());
   const Vector sigma = out.uncertainty.C.diagonal().cwiseSqrt();
   if (!estimate.loss && signal.exact_rows()) {
     out.diagnostics->torque_lag = torque_lag(problem.base, found, options, bread, sigma);

@@ -9,6 +9,7 @@
 #include "identify/payload/gains.hpp"
 #include "identify/payload/payload_model.hpp"
 #include "identify/payload/payload_values.hpp"
+#include "model/link_poses.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
@@ -168,12 +169,7 @@ std::optional<std::size_t> PayloadOptions::link_of(const Robot& robot) const {
     const std::vector<std::size_t> tips = robot.chain.tips();
     return tips.size() == 1 ? std::optional(tips.front()) : std::nullopt;
   }
-  for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
-    if (robot.link_name(j) == link) {
-      return j;
-    }
-  }
-  return std::nullopt;
+  return detail::link_called(robot, link);
 }
 
 std::optional<std::string> PayloadOptions::complaint(const Robot& robot) const {
@@ -181,13 +177,9 @@ std::optional<std::string> PayloadOptions::complaint(const Robot& robot) const {
     return "payloads are identified on a base that stands still, that of robot \"" + robot.name + "\" floats";
   }
   if (!link_of(robot)) {
-    std::vector<std::string> links;
-    for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
-      links.push_back(robot.link_name(j));
-    }
     return (link.empty() ? "the robot branches, so the link of the payload must be named"
                          : "no moving link is called " + in_quotes(link)) +
-           " (links: " + quoted_list(links) + ")";
+           " (links: " + quoted_list(detail::link_names(robot)) + ")";
   }
   if (!detail::is_rotation(R)) {
     return "R is no rotation";

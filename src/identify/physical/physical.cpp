@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "identify/physical/physical_problem.hpp"
+#include "model/link_poses.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -16,10 +17,7 @@ namespace {
 std::optional<std::string> masses_complaint(const Robot& robot, const Physical& options) {
   double least = 0.0;
   double most = 0.0;
-  std::vector<std::string> links;
-  for (std::size_t j = 0; j < robot.chain.links.size(); ++j) {
-    links.push_back(robot.link_name(j));
-  }
+  const std::vector<std::string> links = detail::link_names(robot);
   std::vector<std::string> bounded;
   for (const Physical::MassBounds& bounds : options.masses) {
     const std::string what = "masses of link \"" + bounds.link + "\": ";
