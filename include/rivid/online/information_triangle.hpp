@@ -102,7 +102,7 @@ class InformationTriangle {
   // All of [R z], to keep and to put back: `count` rows, the others as they are.
   [[nodiscard]] const std::vector<Scalar>& entries() const noexcept { return R_; }
   void keep_entries(std::vector<Scalar>& in, Index count) const noexcept { copy_rows(R_, in, count); }
-  void set_entries(const std::vector<Scalar>& entries) noexcept { copy_rows(entries, R_, n_); }
+  void set_entries(const std::vector<Scalar>& from, Index count) noexcept { copy_rows(from, R_, count); }
 
   // Whether rows are reported alone, and R stays as it is.
   void watch(bool alone) noexcept { watching_ = alone; }

@@ -266,6 +266,7 @@ class PayloadEstimator {
     bool touch_said = false;
     Index touched_for = 0;  // ticks of motion
     Index since_row = 0;    // ticks
+    Index without = -1;     // step at which the gripper closed, if what it held was good
   };
   static constexpr double half_a_second = 0.5;
   // Deviations of principal moments up to this part of the largest moment show an inertia.
@@ -294,6 +295,7 @@ class PayloadEstimator {
   }
   [[nodiscard]] bool follow_touch() noexcept;
   void begin_payload() noexcept;
+  void payload_is_known() noexcept;
   void solve_a_row() noexcept;
   void solve_friction() noexcept;
   void publish() noexcept;
@@ -317,7 +319,7 @@ class PayloadEstimator {
   std::vector<Coefficient> friction_;
   std::vector<Index> friction_unknowns_;
   std::vector<Scalar> friction_row_;
-  OnlinePayload<Scalar> without_;         // held by the open gripper
+  std::vector<Scalar> without_;           // rows of R of what the open gripper held
   std::vector<Scalar> inverse_;           // first rows of R⁻¹, as far as they are made
   TenByTen C_lambda_ = TenByTen::Zero();  // covariance of λ, as far as it is made
   TenByTen to_flange_;
@@ -369,6 +371,7 @@ PayloadEstimator<Scalar>::PayloadEstimator(const Extended& extended, const Paylo
     }
   }
   friction_row_.assign(inverse_.size() / inertial_count, Scalar(0));
+  without_.resize(static_cast<std::size_t>(inertial_count * rows_.triangle().room_of_row()));
   for (Snapshot& snapshot : snapshots_) {
     snapshot.R = rows_.triangle().entries();
     snapshot.noise = noise_.states();
@@ -411,7 +414,7 @@ void PayloadEstimator<Scalar>::make_prior(const OnlineModel& model) {
     prior_.row_of_R(i)[i] = static_cast<Scalar>(1.0 / (options_.mass_scale * length));
   }
   detail::add_prior(prior_, C, model.chi, [](Index i) { return inertial_count + i; }, "PayloadEstimator");
-  rows_.triangle().set_entries(prior_.entries());
+  rows_.triangle().set_entries(prior_.entries(), rows_.triangle().size());
 }
 
 template <typename Scalar>
@@ -522,7 +525,7 @@ template <typename Scalar>
 void PayloadEstimator<Scalar>::go_back() noexcept {
   const Snapshot& before = snapshots_[static_cast<std::size_t>(counters_.older)];
   rows_.triangle().drop_waiting();
-  rows_.triangle().set_entries(before.R);
+  rows_.triangle().set_entries(before.R, rows_.triangle().size());
   std::ranges::copy(before.noise, noise_.states().begin());
   counters_.younger = counters_.older;
   counters_.solution_row = 0;
@@ -578,22 +581,31 @@ bool PayloadEstimator<Scalar>::payload_known(const Scalar& mass, const Eigen::Ve
     w[rows_.triangle().size()] = mass * known[k] / sigma;
     rows_.triangle().commit(-1);
   }
+  payload_is_known();
+  return true;
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::payload_is_known() noexcept {
   rows_.triangle().finish(taking());
   take_snapshot();
   counters_.older = counters_.younger;
   counters_.since_change = steps_of_half_a_second_;
   finish();
-  return true;
 }
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::gripper(bool open) noexcept {
   if (!open) {
-    without_ = payload_;
-    payload_changed();
-  } else if (!without_.good || !payload_known(without_.mass, without_.com, without_.mass_sigma,
-                                              std::max(without_.com_sigma.maxCoeff(), Scalar(1e-3)))) {
-    payload_changed();
+    rows_.triangle().keep_entries(without_, inertial_count);
+    counters_.without = payload_.good ? counters_.steps : -1;
+  }
+  payload_changed();
+  if (open && counters_.without >= 0) {
+    const auto since = static_cast<double>(counters_.steps - counters_.without);
+    rows_.triangle().set_entries(without_, inertial_count);
+    rows_.triangle().fade(0, inertial_count, static_cast<Scalar>(std::pow(rows_.keep(), since)));
+    payload_is_known();
   }
 }
 
