@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -72,7 +74,7 @@ TEST(ContactObserver, HasTheLevelsOfGumbelsDistribution) {
   }
 }
 
-TEST(LoadChange, IsFoundBeyondTheTailOfFourDegreesOfFreedom) {
+TEST(LoadChange, IsFoundBeyondTheTailOfFByRowsThatVariancesRemember) {
   detail::LoadChange::Options options;
   options.per_second = 25.0;
   options.hours_to_false_alarm = 2.0;
@@ -85,22 +87,53 @@ TEST(LoadChange, IsFoundBeyondTheTailOfFourDegreesOfFreedom) {
     noise.take(0, normal(random));
   }
   constexpr double u = 9.0;
-  change.take({0.0, 0.0, 0.0, 1.0}, u, noise, 0);
+  detail::LoadChange::Signatures l;
+  l.fill({0.0, 0.0, 0.0, 1.0});
+  change.take(l, u, noise, 0);
   change.step();
-  // χ² of the only row beside what is known of the mass, of the memory in which it weighs most; at the begin the test
-  // counts as one and a half times its mean.
-  double chi_square = 0.0;
-  for (const double seconds : {0.04, 0.15, 0.5, 2.0}) {
-    const double weight = 1.0 / noise.short_run(0, std::exp(-1.0 / (seconds * options.per_second)));
-    chi_square =
-        std::max(chi_square, weight * weight * u * u / (weight + 1.0 / (options.mass * options.mass)));
-  }
+  // χ² of the only row beside what is known of the mass; at the begin the test counts as one and a half times its mean.
+  const double chi_square = u * u / (1.0 + 1.0 / (options.mass * options.mass));
   const double threshold = chi_square / (1.5 * change.suspicion());
-  const double p = 1.0 / (3600.0 * options.hours_to_false_alarm * options.per_second * 4.0);
-  EXPECT_NEAR(std::exp(-0.5 * threshold) * (1.0 + 0.5 * threshold) / p, 1.0, 1e-9);
+  const double p = 1.0 / (3600.0 * options.hours_to_false_alarm * options.per_second *
+                          static_cast<double>(detail::LoadChange::onsets));
+  // P(χ²₄ > threshold s), s the variance of 200 rows, by the midpoint rule.
+  constexpr double rows = 200.0;
+  constexpr double ds = 1e-4;
+  double tail = 0.0;
+  for (double s = 0.5 * ds; s < 3.0; s += ds) {
+    const double log_density = 0.5 * rows * std::log(0.5 * rows) - std::lgamma(0.5 * rows) +
+                               (0.5 * rows - 1.0) * std::log(s) - 0.5 * rows * s;
+    const double x = threshold * s;
+    tail += ds * std::exp(log_density - 0.5 * x) * (1.0 + 0.5 * x);
+  }
+  EXPECT_NEAR(tail / p, 1.0, 1e-6);
 }
 
-TEST(RowNoise, OfAShortSumCountsEachPairTwice) {
+// Each step that is tried is about twice as long ago as the next, and none too long.
+TEST(LoadChange, TriesStepsOfAllAges) {
+  detail::LoadChange change({});
+  std::array<int, detail::LoadChange::onsets> ages{};
+  int largest = 0;
+  for (int step = 1; step <= 4000; ++step) {
+    change.step();
+    for (int& age : ages) {
+      ++age;
+    }
+    if (const auto onset = change.restart()) {
+      ages[*onset] = 0;
+    }
+    std::array<int, detail::LoadChange::onsets> sorted = ages;
+    std::ranges::sort(sorted);
+    for (std::size_t m = 1; m < sorted.size() && step > 400; ++m) {
+      EXPECT_LE(sorted[m], 5 * (sorted[m - 1] + 3)) << step;
+    }
+    largest = step > 400 ? std::max(largest, sorted.back()) : 0;
+    EXPECT_LE(sorted.back(), 4 * 40 + 3) << step;
+  }
+  EXPECT_GE(largest, 3 * 40);
+}
+
+TEST(RowNoise, BeginsWithErrorsThatAreAlike) {
   constexpr double step = 0.1;
   const detail::RowNoise noise(Vector{{0.5}}, Vector{{0.1}}, step);
   // Errors of a model at the begin: alike for half a second.
@@ -110,13 +143,6 @@ TEST(RowNoise, OfAShortSumCountsEachPairTwice) {
     long_run += 2.0 * (1.0 - k / 11.0) * correlation(k);
   }
   EXPECT_NEAR(noise.sigma(0), 0.5 * std::sqrt(long_run), 1e-12);
-  for (const double g : {0.2, 0.5, 0.8}) {
-    double short_run = 1.0;
-    for (int k = 1; k <= 10; ++k) {
-      short_run += 2.0 * std::pow(g, k) * correlation(k);
-    }
-    EXPECT_NEAR(noise.short_run(0, g), short_run / long_run, 1e-12) << g;
-  }
 }
 
 TEST(FrictionMonitor, TellsADriftInTheDeviationsOfBoth) {

@@ -20,36 +20,37 @@ namespace rivid::detail {
 //
 // The unknowns that stand first can be forgotten by themselves: the rows of R below theirs are what is known
 // of the others, whatever the first ones are.
+//
+// Columns beside y go through the same rotations: what is left of them in a row's Outcome is what a change of
+// y by them makes of its residual, once the estimate has followed as far as it does.
 template <typename Scalar>
 class InformationTriangle {
  public:
   // What became of a row: with weights 1 / σ, and R the square root of the information before it, `residual`
-  // is its prediction error over the deviation of that, and `gain` = σ over the same deviation.
+  // is its prediction error over the deviation of that, and `beside` the same of the columns beside y.
   struct Outcome {
     int tag;
     Scalar residual;
-    Scalar gain;
-    const Scalar* kept;
+    const Scalar* beside;
   };
 
   // size     unknowns
   // waiting  rows that may wait
-  // kept     first entries of a row that its Outcome shows as they were
-  InformationTriangle(Index size, Index waiting, Index kept = 0)
+  // beside   columns beside y
+  InformationTriangle(Index size, Index waiting, Index beside = 0)
       : n_(size),
-        ld_((size + 1 + lanes + lanes - 1) / lanes * lanes),
+        width_(size + 1 + beside),
+        ld_((width_ + lanes + lanes - 1) / lanes * lanes),
         waiting_(waiting),
-        kept_(kept),
         R_(static_cast<std::size_t>(n_ * ld_), Scalar(0)),
         rows_(static_cast<std::size_t>(waiting * ld_), Scalar(0)),
-        kept_values_(static_cast<std::size_t>(waiting * kept), Scalar(0)),
         tags_(static_cast<std::size_t>(waiting), 0),
         watched_(static_cast<std::size_t>(ld_), Scalar(0)) {}
 
   [[nodiscard]] Index size() const noexcept { return n_; }
   [[nodiscard]] bool full() const noexcept { return at_.count == waiting_; }
   // Operations on pairs of entries that a row takes.
-  [[nodiscard]] Index cost_of_row() const noexcept { return (n_ + 1) * (n_ + 2) / 2; }
+  [[nodiscard]] Index cost_of_row() const noexcept { return n_ * (2 * width_ - n_ + 1) / 2; }
 
   [[nodiscard]] Scalar* row_of_R(Index k) noexcept { return &R_[static_cast<std::size_t>(k * ld_)]; }
   [[nodiscard]] const Scalar* row_of_R(Index k) const noexcept {
@@ -58,17 +59,15 @@ class InformationTriangle {
   [[nodiscard]] Scalar R(Index i, Index j) const noexcept { return row_of_R(i)[j]; }
   [[nodiscard]] Scalar z(Index i) const noexcept { return row_of_R(i)[n_]; }
 
-  // Room for the next row, full of zeros; entry size() is y. Only where it is not full().
+  // Room for the next row, full of zeros; entry size() is y, what is beside it follows. Only where it is not
+  // full().
   [[nodiscard]] Scalar* room() noexcept {
     Scalar* const out = row(at_.count);
     std::fill_n(out, ld_, Scalar(0));
     return out;
   }
   void commit(int tag) noexcept {
-    const auto slot = static_cast<std::size_t>((at_.first + at_.count) % waiting_);
-    tags_[slot] = tag;
-    const Scalar* const values = row(at_.count);
-    std::copy_n(values, kept_, kept_values_.data() + static_cast<Index>(slot) * kept_);
+    tags_[static_cast<std::size_t>((at_.first + at_.count) % waiting_)] = tag;
     ++at_.count;
   }
 
@@ -84,13 +83,10 @@ class InformationTriangle {
       if (at_.column < n_) {
         return 0;
       }
-      const auto slot = static_cast<std::size_t>(at_.first);
-      report(Outcome{tags_[slot], w[n_], static_cast<Scalar>(at_.gain),
-                     kept_values_.data() + at_.first * kept_});
+      report(Outcome{tags_[static_cast<std::size_t>(at_.first)], w[n_], w + n_ + 1});
       at_.first = (at_.first + 1) % waiting_;
       --at_.count;
       at_.column = 0;
-      at_.gain = 1.0;
     }
     return std::max<Index>(operations, 0);
   }
@@ -102,10 +98,13 @@ class InformationTriangle {
   // All of [R z], to keep and to put back: `count` rows, the others as they are.
   [[nodiscard]] const std::vector<Scalar>& entries() const noexcept { return R_; }
   void keep_entries(std::vector<Scalar>& in, Index count) const noexcept { copy_rows(R_, in, count); }
-  void set_entries(const std::vector<Scalar>& entries) noexcept { copy_rows(entries, R_, n_); }
+  void set_entries(const std::vector<Scalar>& from, Index count) noexcept { copy_rows(from, R_, count); }
 
   // Whether rows are reported alone, and R stays as it is.
   void watch(bool alone) noexcept { watching_ = alone; }
+  // The first rows of another R, into which go those that are watched: what they say of the first unknowns, given
+  // the others.
+  [[nodiscard]] std::vector<Scalar>& instead() noexcept { return instead_; }
 
   // Rows that wait, and the one at hand, are lost.
   void drop_waiting() noexcept { at_ = {}; }
@@ -114,14 +113,16 @@ class InformationTriangle {
   void fade(Index first, Index count, Scalar factor) noexcept {
     for (Index k = first; k < first + count; ++k) {
       Scalar* const r = row_of_R(k);
-      for (Index c = k; c <= n_; ++c) {
+      for (Index c = k; c < width_; ++c) {
         r[c] = r[c] * factor;
       }
     }
   }
-  // Nothing is known any more of the first unknowns.
-  void forget_first(Index count) noexcept {
-    std::fill_n(R_.begin(), static_cast<std::size_t>(count * ld_), Scalar(0));
+  // `count` columns beside y from column `first` on begin anew.
+  void clear_beside(Index first, Index count) noexcept {
+    for (Index k = 0; k < n_; ++k) {
+      std::fill_n(row_of_R(k) + n_ + 1 + first, count, Scalar(0));
+    }
   }
   void clear() noexcept {
     std::ranges::fill(R_, Scalar(0));
@@ -172,7 +173,7 @@ class InformationTriangle {
     finish(report);
   }
 
-  [[nodiscard]] auto state() noexcept { return std::tie(R_, rows_, kept_values_, tags_, at_, watching_); }
+  [[nodiscard]] auto state() noexcept { return std::tie(R_, rows_, tags_, at_, watching_, instead_); }
 
  private:
   static constexpr Index lanes = 4;
@@ -181,7 +182,7 @@ class InformationTriangle {
     return &rows_[static_cast<std::size_t>((at_.first + k) % waiting_ * ld_)];
   }
 
-  // Below the diagonal are zeros.
+  // Below the diagonal are zeros. What is beside y stays.
   void copy_rows(const std::vector<Scalar>& from, std::vector<Scalar>& to, Index count) const noexcept {
     for (Index k = 0; k < count; ++k) {
       std::copy_n(from.begin() + k * ld_ + k, n_ + 1 - k, to.begin() + k * ld_ + k);
@@ -200,14 +201,25 @@ class InformationTriangle {
 
   // Takes entry k of the row into R; returns the operations.
   Index rotate(Index k, Scalar* w) noexcept {
+    if (!watching_) {
+      return turn(k, row_of_R(k), w);
+    }
+    Index operations = 0;
+    if (k == 0) {
+      std::copy_n(w, ld_, watched_.begin());
+      for (Index i = 0; i < std::ssize(instead_) / ld_; ++i) {
+        operations += turn(i, &instead_[static_cast<std::size_t>(i * ld_)], watched_.data());
+      }
+    }
+    std::copy_n(row_of_R(k) + k, ld_ - k, watched_.begin() + k);
+    return operations + turn(k, watched_.data(), w);
+  }
+
+  // The same into a row like that of R.
+  Index turn(Index k, Scalar* r, Scalar* w) noexcept {
     using std::sqrt;
     if (w[k] == Scalar(0)) {
       return 1;
-    }
-    Scalar* r = row_of_R(k);
-    if (watching_) {
-      std::copy(r + k, r + ld_, watched_.begin() + k);
-      r = watched_.data();
     }
     const Scalar rho = sqrt(Scalar(r[k] * r[k] + w[k] * w[k]));
     if (!(rho > Scalar(0))) {
@@ -215,11 +227,10 @@ class InformationTriangle {
     }
     const Scalar c = r[k] / rho;
     const Scalar s = w[k] / rho;
-    at_.gain *= static_cast<double>(c);
-    turn_rows(r + k, w + k, n_ + 1 - k, c, s);
+    turn_rows(r + k, w + k, width_ - k, c, s);
     r[k] = rho;
     w[k] = Scalar(0);
-    return n_ + 1 - k;
+    return width_ - k;
   }
 
   // Both rows have room behind their end, which holds zeros.
@@ -263,18 +274,17 @@ class InformationTriangle {
     Index first = 0;   // row that is at hand …
     Index count = 0;   // … and how many wait with it
     Index column = 0;  // of it that is next
-    double gain = 1.0;
   };
 
   Index n_;
+  Index width_;  // of a row, y and what is beside it included
   Index ld_;
   Index waiting_;
-  Index kept_;
   std::vector<Scalar> R_;  // by rows of length ld_
   std::vector<Scalar> rows_;
-  std::vector<Scalar> kept_values_;
   std::vector<int> tags_;
   std::vector<Scalar> watched_;  // a row of R that is watched
+  std::vector<Scalar> instead_;
   Place at_;
   bool watching_ = false;
 };

@@ -133,7 +133,7 @@ struct OnlinePayload {
 /// RowStream.
 ///
 /// A change of the payload is found by a likelihood-ratio test of the prediction errors on the columns of L
-/// that belong to mass and first moments, over three lengths of memory; its threshold follows from
+/// that belong to mass and first moments, for several onsets; its threshold follows from
 /// `hours_to_false_alarm`. Then the estimate of the arm goes back to before the change, and the payload is
 /// learned anew.
 ///
@@ -230,9 +230,9 @@ class PayloadEstimator {
   void finish() noexcept;
 
   [[nodiscard]] auto state() noexcept {
-    return std::tie(rows_, noise_, load_change_, friction_, friction_row_, without_, snapshots_[0].R,
-                    snapshots_[0].noise, snapshots_[1].R, snapshots_[1].noise, inverse_, C_lambda_, lambda_,
-                    next_lambda_, payload_, change_, counters_);
+    return std::tie(rows_, noise_, load_change_, friction_, friction_row_, without_, snapshots_[0],
+                    snapshots_[1], snapshots_[2], snapshots_[3], inverse_, C_lambda_, lambda_, next_lambda_,
+                    payload_, change_, counters_);
   }
   [[nodiscard]] const detail::StateOwner& state_owner() const noexcept { return owner_; }
 
@@ -251,7 +251,11 @@ class PayloadEstimator {
   struct Snapshot {
     std::vector<Scalar> R;
     std::vector<detail::RowNoise::State> noise;
+    Index step = 0;
+
+    [[nodiscard]] auto state() noexcept { return std::tie(R, noise, step); }
   };
+  static constexpr Index most_snapshots = 4;
   struct Counters {
     Index ticks = 0;
     Index steps = 0;         // strides of motion so far
@@ -259,21 +263,26 @@ class PayloadEstimator {
     Index prior_row = 0;     // that is repeated next
     Index solution_row = 0;  // that is made next
     Index friction = 0;      // coefficient that was made last
-    // Of the snapshots; both the same after a change.
-    int older = 0;
-    int younger = 1;
+    Index snapshot = 0;      // the newest …
+    Index snapshots = 1;     // … and how many there are of this payload
     bool touched = false;
     bool touch_said = false;
     Index touched_for = 0;  // ticks of motion
     Index since_row = 0;    // ticks
+    Index tried_at = 0;     // step
+    Index without = -1;     // step at which the gripper closed, if what it held was good
   };
   static constexpr double half_a_second = 0.5;
+  // Suspicion from which on nothing is good: noise alone has it once in some minutes.
+  static constexpr double doubtful = 0.6;
   // Deviations of principal moments up to this part of the largest moment show an inertia.
   static constexpr double visible_inertia = 0.5;
   static constexpr double least_good_mass = 0.05;  // [kg]
   static constexpr double held_deviations = 2.0;
   // Time without rows after which the robot rests [s].
   static constexpr double shortest_rest = 0.2;
+  // Columns beside y: changes of first moments and mass, of each onset.
+  static constexpr Index signatures = 4 * detail::LoadChange::onsets;
   // Of the friction that may hold a joint at rest: uniform up to the dry friction.
   static constexpr double held_friction = 0.58;
 
@@ -287,13 +296,16 @@ class PayloadEstimator {
   void step() noexcept;
   void repeat_prior() noexcept;
   void take_snapshot() noexcept;
-  void go_back() noexcept;
+  void go_back(Index age) noexcept;
   void begin_touch() noexcept;
   [[nodiscard]] bool rests() const noexcept {
     return static_cast<double>(counters_.since_row) > shortest_rest * options_.rows.f_m;
   }
   [[nodiscard]] bool follow_touch() noexcept;
-  void begin_payload() noexcept;
+  void forget_payload() noexcept;
+  void try_change() noexcept;
+  void follow_change() noexcept;
+  void payload_is_known() noexcept;
   void solve_a_row() noexcept;
   void solve_friction() noexcept;
   void publish() noexcept;
@@ -313,11 +325,11 @@ class PayloadEstimator {
   Triangle prior_;                    // what is known beforehand, of the same
   detail::RowNoise noise_;
   detail::LoadChange load_change_;
-  std::array<Snapshot, 2> snapshots_;
+  std::array<Snapshot, most_snapshots> snapshots_;
   std::vector<Coefficient> friction_;
   std::vector<Index> friction_unknowns_;
   std::vector<Scalar> friction_row_;
-  OnlinePayload<Scalar> without_;         // held by the open gripper
+  std::vector<Scalar> without_;           // rows of R of what the open gripper held
   std::vector<Scalar> inverse_;           // first rows of R⁻¹, as far as they are made
   TenByTen C_lambda_ = TenByTen::Zero();  // covariance of λ, as far as it is made
   TenByTen to_flange_;
@@ -337,8 +349,8 @@ PayloadEstimator<Scalar>::PayloadEstimator(const Extended& extended, const Paylo
       columns_(extended.model.robot, extended.model.base),
       b_(extended.model.base.size()),
       rows_(extended.model, columns_.all.columns(), detail::row_options(extended.model, options),
-            inertial_count + b_, options.forgetting, 1, inertial_count),
-      prior_(inertial_count + b_, 1),
+            inertial_count + b_, options.forgetting, 1, signatures),
+      prior_(inertial_count + b_, 1, signatures),
       noise_(extended.model.sigma_rho, detail::row_options(extended.model, options).velocity_threshold,
              rows_.seconds()),
       load_change_({.per_second = 1.0 / rows_.seconds(),
@@ -369,6 +381,8 @@ PayloadEstimator<Scalar>::PayloadEstimator(const Extended& extended, const Paylo
     }
   }
   friction_row_.assign(inverse_.size() / inertial_count, Scalar(0));
+  without_.resize(static_cast<std::size_t>(inertial_count * rows_.triangle().room_of_row()));
+  rows_.triangle().instead() = without_;
   for (Snapshot& snapshot : snapshots_) {
     snapshot.R = rows_.triangle().entries();
     snapshot.noise = noise_.states();
@@ -411,7 +425,7 @@ void PayloadEstimator<Scalar>::make_prior(const OnlineModel& model) {
     prior_.row_of_R(i)[i] = static_cast<Scalar>(1.0 / (options_.mass_scale * length));
   }
   detail::add_prior(prior_, C, model.chi, [](Index i) { return inertial_count + i; }, "PayloadEstimator");
-  rows_.triangle().set_entries(prior_.entries());
+  rows_.triangle().set_entries(prior_.entries(), rows_.triangle().size());
 }
 
 template <typename Scalar>
@@ -427,11 +441,9 @@ bool PayloadEstimator<Scalar>::update(const Values& q, const Values& tau) noexce
   } else if (load_change_.found() && options_.longest_touch > 0.0) {
     begin_touch();
   } else if (load_change_.found()) {
-    go_back();
-    changed = true;
-  }
-  if (changed) {
+    go_back(static_cast<Index>(load_change_.age()));
     payload_changed();
+    changed = true;
   }
   solve_a_row();
   return changed;
@@ -454,7 +466,11 @@ void PayloadEstimator<Scalar>::add(const typename RowStream<Scalar>::Row& row, s
       }
     }
   }
-  w[rows_.triangle().size()] = row.y * weight;
+  Scalar* const y = w + rows_.triangle().size();
+  *y = row.y * weight;
+  for (Index k = 0; k < signatures; ++k) {
+    y[1 + k] = w[6 + k % 4];
+  }
   rows_.triangle().commit(static_cast<int>(kind));
 }
 
@@ -467,9 +483,9 @@ void PayloadEstimator<Scalar>::take(const Outcome& outcome) noexcept {
   const auto kind = static_cast<std::size_t>(outcome.tag);
   const auto residual = static_cast<double>(outcome.residual);
   counters_.since_row = 0;
-  std::array<double, 4> l{};
-  for (std::size_t k = 0; k < 4; ++k) {
-    l[k] = static_cast<double>(outcome.gain * outcome.kept[6 + k]);
+  detail::LoadChange::Signatures l;
+  for (std::size_t k = 0; k < signatures; ++k) {
+    l[k / 4][k % 4] = static_cast<double>(outcome.beside[k]);
   }
   if (!counters_.touched) {
     noise_.take(kind, (residual - load_change_.suspected(l)) * noise_.sigma(kind));
@@ -483,6 +499,12 @@ void PayloadEstimator<Scalar>::step() noexcept {
   ++counters_.steps;
   ++counters_.since_change;
   load_change_.step();
+  if (load_change_.found() && !counters_.touched) {
+    return;
+  }
+  if (const auto onset = load_change_.restart()) {
+    rows_.triangle().clear_beside(4 * static_cast<Index>(*onset), 4);
+  }
   if (counters_.touched) {
     return;
   }
@@ -510,21 +532,28 @@ void PayloadEstimator<Scalar>::repeat_prior() noexcept {
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::take_snapshot() noexcept {
-  counters_.older = counters_.younger;
-  counters_.younger = 1 - counters_.older;
-  Snapshot& to = snapshots_[static_cast<std::size_t>(counters_.younger)];
+  counters_.snapshot = (counters_.snapshot + 1) % most_snapshots;
+  counters_.snapshots = std::min(counters_.snapshots + 1, most_snapshots);
+  Snapshot& to = snapshots_[static_cast<std::size_t>(counters_.snapshot)];
   rows_.triangle().keep_entries(to.R, rows_.triangle().size());
   std::ranges::copy(noise_.states(), to.noise.begin());
+  to.step = counters_.steps;
 }
 
-// To what was known half a second of motion ago, or a whole one.
+// To what was known so many strides of motion ago, and half a second at least.
 template <typename Scalar>
-void PayloadEstimator<Scalar>::go_back() noexcept {
-  const Snapshot& before = snapshots_[static_cast<std::size_t>(counters_.older)];
+void PayloadEstimator<Scalar>::go_back(Index age) noexcept {
+  age = std::max(age, steps_of_half_a_second_);
+  const auto newest = [this] { return static_cast<std::size_t>(counters_.snapshot); };
+  for (; counters_.snapshots > 1 && snapshots_[newest()].step > counters_.steps - age;
+       --counters_.snapshots) {
+    counters_.snapshot = (counters_.snapshot + most_snapshots - 1) % most_snapshots;
+  }
+  const Snapshot& before = snapshots_[newest()];
   rows_.triangle().drop_waiting();
-  rows_.triangle().set_entries(before.R);
+  rows_.triangle().set_entries(before.R, rows_.triangle().size());
+  rows_.triangle().clear_beside(0, signatures);
   std::ranges::copy(before.noise, noise_.states().begin());
-  counters_.younger = counters_.older;
   counters_.solution_row = 0;
   load_change_.reset();
   rows_.reset_stream();
@@ -532,13 +561,21 @@ void PayloadEstimator<Scalar>::go_back() noexcept {
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::payload_changed() noexcept {
+  forget_payload();
+  follow_change();
+}
+
+// From now on instead() is what is known of the payload.
+template <typename Scalar>
+void PayloadEstimator<Scalar>::follow_change() noexcept {
   change_ = {payload_.held ? Change::Kind::unclear : Change::Kind::pick_up, counters_.ticks, payload_.mass,
              payload_.mass_sigma};
   payload_.good = false;
   rows_.triangle().drop_waiting();
-  begin_payload();
+  rows_.triangle().set_entries(rows_.triangle().instead(), inertial_count);
+  rows_.triangle().clear_beside(0, signatures);
+  counters_.snapshots = 0;
   take_snapshot();
-  counters_.older = counters_.younger;
   counters_.since_change = 0;
   counters_.solution_row = 0;
   counters_.touched = false;
@@ -578,22 +615,31 @@ bool PayloadEstimator<Scalar>::payload_known(const Scalar& mass, const Eigen::Ve
     w[rows_.triangle().size()] = mass * known[k] / sigma;
     rows_.triangle().commit(-1);
   }
+  payload_is_known();
+  return true;
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::payload_is_known() noexcept {
   rows_.triangle().finish(taking());
+  counters_.snapshots = 0;
   take_snapshot();
-  counters_.older = counters_.younger;
   counters_.since_change = steps_of_half_a_second_;
   finish();
-  return true;
 }
 
 template <typename Scalar>
 void PayloadEstimator<Scalar>::gripper(bool open) noexcept {
   if (!open) {
-    without_ = payload_;
-    payload_changed();
-  } else if (!without_.good || !payload_known(without_.mass, without_.com, without_.mass_sigma,
-                                              std::max(without_.com_sigma.maxCoeff(), Scalar(1e-3)))) {
-    payload_changed();
+    rows_.triangle().keep_entries(without_, inertial_count);
+    counters_.without = payload_.good ? counters_.steps : -1;
+  }
+  payload_changed();
+  if (open && counters_.without >= 0) {
+    const auto since = static_cast<double>(counters_.steps - counters_.without);
+    rows_.triangle().set_entries(without_, inertial_count);
+    rows_.triangle().fade(0, inertial_count, static_cast<Scalar>(std::pow(rows_.keep(), since)));
+    payload_is_known();
   }
 }
 
@@ -610,15 +656,26 @@ template <typename Scalar>
 void PayloadEstimator<Scalar>::begin_touch() noexcept {
   const bool found = load_change_.found();
   if (found) {
-    load_change_.try_change();
+    try_change();
   }
   const detail::LoadChange tried = load_change_;
-  go_back();
+  const Index age = found ? static_cast<Index>(load_change_.age()) : 0;
+  go_back(age);
   load_change_ = tried;
   rows_.triangle().watch(true);
   counters_.touched = true;
-  counters_.touched_for = counters_.since_row = 0;
+  // The time since a change counts, but rows that come show it for half of the time at least.
+  const auto longest = static_cast<Index>(options_.longest_touch * options_.rows.f_m);
+  counters_.touched_for = std::min(age * rows_.stream().stride(), longest / 2);
+  counters_.since_row = 0;
   payload_.good = false;
+}
+
+template <typename Scalar>
+void PayloadEstimator<Scalar>::try_change() noexcept {
+  load_change_.try_change();
+  forget_payload();
+  counters_.tried_at = counters_.steps;
 }
 
 // Whether it was no touch but another payload.
@@ -633,13 +690,19 @@ bool PayloadEstimator<Scalar>::follow_touch() noexcept {
     ++counters_.touched_for;
   }
   if (!load_change_.tried() && load_change_.found()) {
-    load_change_.try_change();
+    try_change();
   }
   if (counters_.touched_for >= longest && !rests() && load_change_.goes_on()) {
+    follow_change();
+    counters_.since_change = counters_.steps - counters_.tried_at;
     return true;
   }
-  if (load_change_.over()) {
-    load_change_.reset();
+  if (load_change_.over()) {  // one that looks otherwise in another pose is tried anew
+    if (load_change_.shows()) {
+      try_change();
+    } else {
+      load_change_.reset();
+    }
   }
   if (!counters_.touch_said && !load_change_.tried()) {
     counters_.touched = false;
@@ -652,10 +715,11 @@ bool PayloadEstimator<Scalar>::follow_touch() noexcept {
 }
 
 template <typename Scalar>
-void PayloadEstimator<Scalar>::begin_payload() noexcept {
-  rows_.triangle().forget_first(inertial_count);
+void PayloadEstimator<Scalar>::forget_payload() noexcept {
+  std::vector<Scalar>& rows = rows_.triangle().instead();
+  std::ranges::fill(rows, Scalar(0));
   for (Index i = 0; i < inertial_count; ++i) {
-    rows_.triangle().row_of_R(i)[i] = prior_.R(i, i);
+    rows[static_cast<std::size_t>(i * (rows_.triangle().room_of_row() + 1))] = prior_.R(i, i);
   }
 }
 
@@ -830,8 +894,8 @@ bool PayloadEstimator<Scalar>::is_good(const OnlinePayload<Scalar>& payload,
                                        const Scalar& estimate) const noexcept {
   // A mass below nothing by more than its interval is that of no body: the model is wrong.
   const bool possible = estimate > -payload.mass_half_width();
-  return counters_.since_change >= steps_of_half_a_second_ && load_change_.quiet() && !counters_.touched &&
-         possible &&
+  return counters_.since_change >= steps_of_half_a_second_ && load_change_.suspicion() < doubtful &&
+         !counters_.touched && possible &&
          payload.mass_half_width() <= std::max(static_cast<Scalar>(options_.good_mass) * payload.mass,
                                                static_cast<Scalar>(least_good_mass)) &&
          (!payload.held || payload.com_half_width() <= static_cast<Scalar>(options_.good_com));

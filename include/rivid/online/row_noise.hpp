@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "rivid/model/chain.hpp"
@@ -23,6 +25,8 @@ class RowNoise {
   // Kinds of rows of each joint: of four octaves of speed, and of rests.
   static constexpr std::size_t octaves = 4;
   static constexpr std::size_t kinds = octaves + 1;
+  // Rows that variances and autocorrelations remember.
+  static constexpr double memory = 200.0;
 
   // slow    speeds at which the lowest octave begins, (n)
   // step    time from one row to the next [s]
@@ -91,18 +95,6 @@ class RowNoise {
     return joints_[joint(kind)].rows[kind % kinds] >= enough_rows && kind % kinds != octaves;
   }
 
-  // Variance of Σ g^k e_k over Σ g^2k, over that of long sums: below one where errors are alike.
-  [[nodiscard]] double short_run(std::size_t kind, double g) const noexcept {
-    const State& s = joints_[joint(kind)];
-    double sum = s.alike[0];
-    double weight = 2.0;
-    for (std::size_t k = 1; k <= lags; ++k) {
-      weight *= g;
-      sum += weight * s.alike[k];
-    }
-    return std::clamp(sum / long_run(s), least, 1.0 / least);
-  }
-
   [[nodiscard]] auto state() noexcept { return std::tie(joints_); }
 
   struct State {
@@ -120,8 +112,7 @@ class RowNoise {
   static constexpr std::size_t lags = State::lags;
   // Time for which errors are alike, before any was seen [s].
   static constexpr double alike_for = 0.5;
-  // Rows that variances and autocorrelations remember; of rests.
-  static constexpr double memory = 200.0;
+  // The same of rests.
   static constexpr double rests_memory = 20.0;
   // Rows that the begin is worth, and after which the noise is known.
   static constexpr double guessed = 20.0;
@@ -145,12 +136,18 @@ class RowNoise {
 };
 
 // Whether prediction errors look like another load: u = lᵀ δ + e, e with unit variance, δ the change of first
-// moments and mass. Sums with exponentially fading weights g^age: a = Σ g^age l u has the covariance B = Σ
-// g^(2 age) l lᵀ while nothing has changed, so aᵀ B⁻¹ a is χ² with four degrees of freedom. On a real arm it
-// is larger, by errors of the model that look like a load; it is measured by its own mean of late, which a
+// moments and mass, l what it makes of a row that the estimate has followed [Willsky & Jones 1976]. Sums since
+// a step, a = Σ l u, have the covariance B = Σ l lᵀ while nothing has changed, so aᵀ B⁻¹ a is χ² with four
+// degrees of freedom: the likelihood ratio of a change at that step. Several steps are tried, each about twice
+// as long ago as the next. On a real arm it is larger, by errors of the model that look like a load, and
+// smaller where errors of neighbouring rows are alike; both are measured by its own mean of late, which a
 // change that is not found moves little.
 class LoadChange {
  public:
+  static constexpr std::size_t onsets = 6;
+  using Vector4 = std::array<double, 4>;
+  using Signatures = std::array<Vector4, onsets>;  // l of each step that is tried
+
   struct Options {
     double per_second = 40.0;  // steps
     double hours_to_false_alarm = 10.0;
@@ -160,128 +157,147 @@ class LoadChange {
 
   explicit LoadChange(const Options& options) {
     const double steps = 3600.0 * options.hours_to_false_alarm * options.per_second;
-    const double p = 1.0 / (steps * static_cast<double>(memories));
-    // P(χ²₄ > x) = e^(−x/2) (1 + x/2), by fixed-point iteration.
+    const double p = 1.0 / (steps * static_cast<double>(onsets));
+    // P(4 F > x) = (1 + x/ν)^(−ν/2) (1 + x/2 / (1 + x/ν)) of F with 4 and ν degrees of freedom, by fixed-point
+    // iteration: variances are those of ν rows.
+    constexpr double rows = RowNoise::memory;
     double x = 40.0;
     for (int k = 0; k < 60; ++k) {
-      x = 2.0 * (std::log1p(0.5 * x) - std::log(p));
+      x = rows * std::expm1(2.0 / rows * (std::log1p(0.5 * x / (1.0 + x / rows)) - std::log(p)));
     }
     threshold_ = x;
     per_second_ = options.per_second;
-    for (std::size_t m = 0; m < memories; ++m) {
-      fade_[m] = std::exp(-1.0 / std::max(seconds[m] * options.per_second, 0.5));
-    }
     for (std::size_t k = 0; k < 4; ++k) {
       const double scale = k < 3 ? options.mass * options.length : options.mass;
       known_[k] = 1.0 / (scale * scale);
     }
+    state_.mean.fill(1.5 * degrees);
   }
 
-  // A row of some kind: l and u, both over the deviation of the prediction by the long-run noise. A short
-  // memory has a shorter run. Of rows whose noise is not known yet nothing can be said.
-  void take(const std::array<double, 4>& l, double u, const RowNoise& noise, std::size_t kind) noexcept {
+  // A row of some kind: l and u, both over the deviation of the prediction by the long-run noise. Of rows whose
+  // noise is not known yet nothing can be said.
+  void take(const Signatures& l, double u, const RowNoise& noise, std::size_t kind) noexcept {
     if (!noise.known(kind)) {
       return;
     }
     if (state_.tried) {
-      const double likely = inner(state_.delta, l);
+      const double likely = inner(state_.delta, l[0]);
       state_.ratio += likely * (u - 0.5 * likely) / misfit();
       state_.highest = std::max(state_.highest, state_.ratio);
     }
-    for (std::size_t m = 0; m < memories; ++m) {
+    for (std::size_t m = 0; m < onsets; ++m) {
       Sums& s = state_.sums[m];
-      const double weight = 1.0 / noise.short_run(kind, fade_[m]);
       for (std::size_t i = 0; i < 4; ++i) {
-        s.a[i] += weight * l[i] * u;
+        s.a[i] += l[m][i] * u;
         for (std::size_t k = 0; k <= i; ++k) {
-          s.B[i][k] += weight * l[i] * l[k];
+          s.B[i][k] += l[m][i] * l[m][k];
         }
       }
     }
   }
 
-  // One step of time: the test, then the past fades.
+  // One step of time.
   void step() noexcept {
-    state_.suspicion = 0.0;
+    state_.suspicion = state_.late = 0.0;
     state_.steps = std::min(state_.steps + 1.0, mean_seconds * per_second_);
     const double share = 1.0 / std::max(state_.steps, first_seconds * per_second_);
-    for (std::size_t m = 0; m < memories; ++m) {
+    for (std::size_t m = 0; m < onsets; ++m) {
       Sums& s = state_.sums[m];
+      s.age += 1.0;
       const double test = quadratic(s.B, s.a);
-      const double usual = std::max(s.mean, degrees);
-      state_.tests[m] = test * degrees / (threshold_ * usual);
-      state_.suspicion = std::max(state_.suspicion, state_.tests[m]);
-      s.mean += share * (std::min(test, most_usual * usual) - s.mean);
+      double& mean = state_.mean[std::min(static_cast<std::size_t>(std::ilogb(s.age)), octaves - 1)];
+      const double usual = std::max(mean, least_usual * degrees);
+      s.test = test * degrees / (threshold_ * usual);
+      mean += share * (std::min(test, most_usual * usual) - mean);
+      if (s.test >= state_.suspicion) {
+        state_.suspicion = s.test;
+        state_.by = m;
+      }
+      if (s.age <= late_seconds * per_second_) {
+        state_.late = std::max(state_.late, s.test);
+      }
     }
     if (!quiet()) {
       state_.likely = most_likely();
     }
-    for (std::size_t m = 0; (state_.suspicion <= 1.0 || tried()) && m < memories; ++m) {
-      state_.sums[m].fade(fade_[m]);
+  }
+
+  // Which step is given up for a new one, once in a while: the oldest if it is too old, else that which leaves
+  // the smallest gap.
+  [[nodiscard]] std::optional<std::size_t> restart() noexcept {
+    state_.since_restart += 1.0;
+    if (state_.since_restart < spacing) {
+      return std::nullopt;
     }
+    state_.since_restart = 0.0;
+    std::array<std::size_t, onsets> by_age{};
+    for (std::size_t m = 0; m < onsets; ++m) {
+      by_age[m] = m;
+    }
+    std::ranges::sort(by_age, {}, [this](std::size_t m) { return state_.sums[m].age; });
+    std::size_t out = by_age[onsets - 1];
+    if (state_.sums[out].age < longest_seconds * per_second_) {
+      double smallest = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i + 1 < onsets; ++i) {
+        const double younger = i == 0 ? 0.0 : state_.sums[by_age[i - 1]].age;
+        const double gap = (state_.sums[by_age[i + 1]].age + spacing) / (younger + spacing);
+        if (gap < smallest && (quiet() || by_age[i] != state_.by)) {
+          smallest = gap;
+          out = by_age[i];
+        }
+      }
+    }
+    state_.sums[out] = {};
+    return out;
   }
 
   // What a change that is suspected makes of a row: no noise.
-  [[nodiscard]] double suspected(const std::array<double, 4>& l) const noexcept {
-    return quiet() ? 0.0 : inner(state_.likely, l);
+  [[nodiscard]] double suspected(const Signatures& l) const noexcept {
+    return quiet() ? 0.0 : inner(state_.likely, l[state_.by]);
   }
 
   // The change that was found is tried from now on: whether the rows that come show it too, by their likelihood over
   // that of no change.
   void try_change() noexcept {
-    state_.delta = most_likely();
+    state_.delta = state_.likely;
     state_.ratio = state_.highest = 0.0;
     state_.tried = true;
   }
   [[nodiscard]] bool tried() const noexcept { return state_.tried; }
-  [[nodiscard]] bool shows() const noexcept { return state_.tried && state_.tests[of_late] > 0.5; }
+  [[nodiscard]] bool shows() const noexcept { return state_.tried && state_.late > 0.5; }
   [[nodiscard]] bool goes_on() const noexcept {
     return state_.tried && state_.ratio > certain && state_.ratio > state_.highest - 0.5 * certain;
   }
-  // Whether it does no longer. One that looks otherwise in another pose is tried anew.
-  [[nodiscard]] bool over() noexcept {
-    const bool unlike = state_.tried && state_.ratio < state_.highest - certain;
-    const bool other = unlike && state_.tests[of_late] > 1.0;
-    if (other) {
-      try_change();
-    }
-    return unlike && !other;
-  }
+  // Whether it does no longer.
+  [[nodiscard]] bool over() const noexcept { return state_.tried && state_.ratio < state_.highest - certain; }
 
   [[nodiscard]] bool found() const noexcept { return state_.suspicion > 1.0; }
   [[nodiscard]] bool quiet() const noexcept { return state_.suspicion < 0.5; }
   [[nodiscard]] double suspicion() const noexcept { return state_.suspicion; }
+  // Steps since the change that is suspected.
+  [[nodiscard]] double age() const noexcept { return state_.sums[state_.by].age; }
   // What the test is of late over what noise makes it, at least 1: errors of the model that look like a load.
   [[nodiscard]] double misfit() const noexcept {
-    double out = 1.0;
-    for (const Sums& s : state_.sums) {
-      out = std::max(out, s.mean / degrees);
-    }
-    return out;
+    return std::max(std::ranges::max(state_.mean) / degrees, 1.0);
   }
 
   // What a trial has not used yet is forgotten.
   void forget_rows() noexcept {
-    for (std::size_t m = 0; m < memories; ++m) {
-      state_.sums[m].fade(0.0);
-      state_.tests[m] = 0.0;
-    }
+    state_.sums = {};
+    state_.late = 0.0;
   }
 
   // Begins anew; what is usual of the test stays.
   void reset() noexcept {
     State next;
     next.steps = state_.steps;
-    for (std::size_t m = 0; m < memories; ++m) {
-      next.sums[m].mean = state_.sums[m].mean;
-    }
+    next.mean = state_.mean;
     state_ = next;
   }
 
   [[nodiscard]] auto state() noexcept { return std::tie(state_); }
 
  private:
-  using Vector4 = std::array<double, 4>;
   using Triangle = std::array<Vector4, 4>;
   static constexpr double degrees = 4.0;
   // Time over which the mean of the test is taken, at the begin and later [s], and what counts in it at most,
@@ -289,30 +305,27 @@ class LoadChange {
   static constexpr double first_seconds = 5.0;
   static constexpr double mean_seconds = 60.0;
   static constexpr double most_usual = 2.0;
+  static constexpr double least_usual = 1.0;
+  static constexpr std::size_t octaves = 8;  // of the time since a change, whose tests have a mean each
+  static constexpr double spacing = 3.0;     // steps to the next that is tried
+  static constexpr double longest_seconds = 4.0;
+  static constexpr double late_seconds = 0.6;
+  static constexpr double certain = 5.0;  // logarithm of a likelihood ratio
   struct Sums {
     Vector4 a{};
     Triangle B{};
-    double mean = 1.5 * degrees;  // of the test of late
-
-    void fade(double g) noexcept {
-      for (std::size_t i = 0; i < 4; ++i) {
-        a[i] *= g;
-        for (std::size_t k = 0; k <= i; ++k) {
-          B[i][k] *= g * g;
-        }
-      }
-    }
+    double age = 0.0;   // steps
+    double test = 0.0;  // over its threshold
   };
 
-  static constexpr std::size_t memories = 4;
-  static constexpr std::size_t of_late = 1;  // memory that says whether there is any change of late
-  static constexpr double certain = 5.0;     // logarithm of a likelihood ratio
-  static constexpr std::array<double, memories> seconds = {0.04, 0.15, 0.5, 2.0};
   struct State {
-    std::array<Sums, memories> sums{};
-    std::array<double, memories> tests{};  // over their thresholds
-    double suspicion = 0.0;                // the largest of these
+    std::array<Sums, onsets> sums{};
+    std::array<double, octaves> mean{};  // of the test of late
+    double suspicion = 0.0;              // the largest test
+    double late = 0.0;                   // of changes of late
     double steps = 0.0;
+    double since_restart = 0.0;
+    std::size_t by = 0;  // the largest one's
     bool tried = false;
     Vector4 likely{};      // change that is suspected
     Vector4 delta{};       // what is tried
@@ -353,8 +366,7 @@ class LoadChange {
   }
   // δ of L Lᵀ δ = a
   [[nodiscard]] Vector4 most_likely() const noexcept {
-    const auto by = std::ranges::max_element(state_.tests) - state_.tests.begin();
-    const Sums& s = state_.sums[static_cast<std::size_t>(by)];
+    const Sums& s = state_.sums[state_.by];
     const Triangle L = factor(s.B);
     Vector4 x = whitened(L, s.a);
     for (std::size_t i = 4; i-- > 0;) {
@@ -368,7 +380,6 @@ class LoadChange {
 
   double threshold_ = 0.0;
   double per_second_ = 1.0;
-  std::array<double, memories> fade_{};
   std::array<double, 4> known_{};
   State state_;
 };

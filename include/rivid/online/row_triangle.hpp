@@ -126,13 +126,13 @@ class RowTriangle {
   // unknowns    of the triangle
   // forgetting  time constant of the information [s]
   // others      rows that come in each stride beside those of the joints
-  // kept        first entries of a row that its Outcome shows as they were
+  // beside      columns beside y
   RowTriangle(const OnlineModel& model, std::span<const StandardParameter> columns,
               const RowStreamOptions& options, Index unknowns, double forgetting, Index others = 0,
-              Index kept = 0)
+              Index beside = 0)
       : stream_(model.robot, columns, options),
         load_(model, stream_.columns(), columns),
-        triangle_(unknowns, 2 * model.robot.size() + others, kept),
+        triangle_(unknowns, 2 * model.robot.size() + others, beside),
         seconds_(static_cast<double>(stream_.stride()) / options.f_m),
         keep_(std::exp(-0.5 * seconds_ / forgetting)),
         operations_((model.robot.size() + others) * triangle_.cost_of_row() / stream_.stride() + unknowns) {}
