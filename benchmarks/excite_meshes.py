@@ -54,7 +54,7 @@ def with_tool(arm, folder):
 
 
 def owners(arm):
-    """Of each link of the description the link of the chain that it is fixed to."""
+    """Of each link of the description the link of the chain that it is fixed to; other joints stand at 0."""
     joints = {j.find("child").get("link"): j for j in ElementTree.parse(arm.urdf).getroot().findall("joint")}
     of_chain = {name: joint for joint in joints.values() for name in [joint.get("name")] if name in arm.joints}
     links = [link.get("name") for link in ElementTree.parse(arm.urdf).getroot().findall("link")]
@@ -62,7 +62,7 @@ def owners(arm):
     out = {}
     for link in [*joints, base]:
         at = link
-        while at != base and at in joints and joints[at].get("name") not in of_chain and joints[at].get("type") == "fixed":
+        while at != base and at in joints and joints[at].get("name") not in of_chain:
             at = joints[at].find("parent").get("link")
         if at == base or at in joints and joints[at].get("name") in of_chain:
             out[link] = at

@@ -396,12 +396,9 @@ void Designer::polish(Found& found, int rounds) {
     problem.shift(found.z, check(found.z).array() + reserve);
     const int evaluations = std::max(options_.evaluations / polishings, 1);
     const detail::MmaResult result = improved(problem, found.z, evaluations, "polishing");
+    found.z = result.z;
     found.report.evaluations += result.evaluations;
-    const bool within = problem(result.z).limits.maxCoeff() <= 0.0;
-    const std::optional<Vector> inside = mended(problem, check, found.rest, result.z);
-    keep(inside);
-    // Where the search has not come back within the limits, the next one begins there.
-    found.z = within || !inside ? result.z : *inside;
+    keep(mended(problem, check, found.rest, found.z));
   }
 }
 

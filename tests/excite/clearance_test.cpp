@@ -193,6 +193,72 @@ TEST(Clearances, HaveExactSlopes) {
   }
 }
 
+// What is shown of one pose by the one before changes nothing that matters.
+TEST(Clearances, AlongAMotionAreThoseOfItsPoses) {
+  std::mt19937_64 random(21);
+  std::uniform_real_distribution<double> within(-0.3, 0.3);
+  const auto point = [&] { return Eigen::Vector3d::NullaryExpr([&] { return within(random); }).eval(); };
+  constexpr double beyond = 0.02;
+  Index near = 0;
+  Index bounds = 0;
+  for (int k = 0; k < 6; ++k) {
+    const Robot robot = test::random_robot(6, random);
+    Space space = surroundings();
+    for (const Joint& joint : robot.joints) {
+      for (int part = 0; part < 3; ++part) {
+        space.capsules.push_back({.link = joint.link, .from = point(), .to = point(), .radius = 0.02});
+      }
+    }
+    const Vector bound = Vector::Constant(6, 2.0);
+    std::vector<Finding> findings;
+    const detail::Clearances clearances(robot, space, -bound, bound, findings);
+    constexpr Index samples = 300;
+    Matrix q(samples, 6);
+    for (Index j = 0; j < q.cols(); ++j) {
+      const double phase = within(random);
+      q.col(j) =
+          Vector::LinSpaced(samples, 0.0, 6.0 + static_cast<double>(j)).array().unaryExpr([&](double t) {
+            return 1.5 * std::sin(t + phase);
+          });
+    }
+    std::vector<Matrix> slopes;
+    const Matrix along = clearances.along(q, beyond, &slopes);
+    const std::vector<ClearanceUse> whole =
+        detail::checked_clearances(robot, space, clearances.kept(), q, 1.0);
+    for (Index p = 0; p < clearances.size(); ++p) {
+      double least = 1e9;
+      for (Index i = 0; i < samples; ++i) {
+        std::vector<Matrix> slope;
+        const double d = rivid::along(clearances, q.row(i).transpose(), &slope)(0, p);
+        if (d <= 0.0) {
+          least = 0.0;  // of overlapping bodies each has a direction of its own
+          break;
+        }
+        const bool is_bound = along(i, p) > least + beyond;
+        near += is_bound ? 0 : 1;
+        bounds += is_bound ? 1 : 0;
+        if (is_bound) {
+          EXPECT_LE(along(i, p), d + 1e-8);
+        } else {
+          EXPECT_NEAR(along(i, p), d, 1e-8);
+          const auto of_pair = static_cast<std::size_t>(p);
+          EXPECT_LT((slopes[of_pair].row(i) - slope[of_pair]).cwiseAbs().maxCoeff(), 1e-3);
+        }
+        least = std::min(least, d);
+      }
+      const auto use = std::ranges::find_if(whole, [&](const ClearanceUse& each) {
+        return each.first == clearances.first(p) && each.second == clearances.second(p);
+      });
+      ASSERT_NE(use, whole.end());
+      if (least > 0.0) {
+        EXPECT_NEAR(use->distance, least, 1e-7) << use->first << ", " << use->second;
+      }
+    }
+  }
+  EXPECT_GT(near, 1000);
+  EXPECT_GT(bounds, 2 * near);
+}
+
 // The planar arm of the paper, whose joints are 0.5 m apart: by hand.
 TEST(Clearances, AreThoseOfAPlanarArm) {
   Robot robot = test::scara();
