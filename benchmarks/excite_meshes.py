@@ -2,12 +2,12 @@
 
 Descriptions are those of the package example-robot-data, each with a cylinder as tool behind its tip. The finished motion is sampled
 2000 times; frames are Pinocchio's, distances those of Coal (the further FCL) and of MuJoCo, of convex hulls, of all pairs that
-the design says it keeps. Printed of each arm: joints, pairs, seeds that gave a motion, the smallest distance by either beyond the 0.03 m
-that are asked for, the largest difference of the plan's distances from theirs, the worst loss of log det that was reported behind
+the design says it keeps. Printed of each arm: joints, pairs, seeds that gave a motion, the smallest distance by either beyond the clearance
+that is asked for, the largest difference of the plan's distances from theirs, the worst loss of log det that was reported behind
 the search, and the most processor seconds of a seed, beside those without bodies.
 
     python3 -m venv venv && venv/bin/pip install pin example-robot-data mujoco
-    venv/bin/python benchmarks/excite_meshes.py build/test/apps/rivid [--seeds N] [ARM ...]
+    venv/bin/python benchmarks/excite_meshes.py build/test/apps/rivid [--seeds N] [--clearance M] [ARM ...]
 """
 
 import argparse
@@ -27,7 +27,7 @@ import pinocchio as pin
 from excite_arms import NAMES, Arm
 from robot_data_arms import ROBOTS
 
-SAMPLES, CLEARANCE = 2000, 0.03
+SAMPLES = 2000
 SHARE = ROBOTS.parents[1]
 
 
@@ -118,7 +118,8 @@ class Solids:
 
 
 class Cell:
-    def __init__(self, name, folder):
+    def __init__(self, name, folder, clearance=0.03):
+        self.clearance = clearance
         self.arm = arm = Arm(name)
         with_tool(arm, folder)
         self.base, owner = owners(arm)
@@ -170,7 +171,7 @@ class Cell:
         text = arm.experiment()
         if not bodies:
             return text
-        text += "[excitation.space]\nhalf_spaces = [" + ", ".join(
+        text += f"[excitation.space]\nclearance = {self.clearance}\nhalf_spaces = [" + ", ".join(
             f'{{ name = "{name}", normal = {lists(normal)}, offset = {float(offset)!r} }}' for name, (normal, offset) in self.half_spaces.items()
         )
         return text + f']\nboxes = [{{ name = "table", min = {lists(self.table[0])}, max = {lists(self.table[1])} }}]\n'
@@ -204,8 +205,8 @@ def design(program, cell, seed, bodies, folder):
     return None if done.returncode else json.loads((plan / "plan.json").read_text()), done.stderr.strip(), seconds
 
 
-def row_of(program, name, seeds, folder):
-    cell = Cell(name, folder)
+def row_of(program, name, seeds, clearance, folder):
+    cell = Cell(name, folder, clearance)
     plans, beyond, apart, lost, times, free, faults = [], [], [], [0.0], [], [], []
     for seed in range(1, seeds + 1):
         free.append(design(program, cell, seed, False, folder)[2])
@@ -245,12 +246,13 @@ def main():
     parser.add_argument("program")
     parser.add_argument("arms", nargs="*", default=NAMES)
     parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--clearance", type=float, default=0.03, help="[m]")
     asked = parser.parse_intermixed_args()
     print("| arm | joints | pairs | seeds | least distance beyond asked, mm | apart, mm | nats lost | CPU s without, with bodies | |")
     print("|---|---|---|---|---|---|---|---|---|")
     for name in asked.arms:
         with tempfile.TemporaryDirectory() as folder:
-            print(row_of(asked.program, name, asked.seeds, pathlib.Path(folder)), flush=True)
+            print(row_of(asked.program, name, asked.seeds, asked.clearance, pathlib.Path(folder)), flush=True)
 
 
 if __name__ == "__main__":
