@@ -396,9 +396,13 @@ void Designer::polish(Found& found, int rounds) {
     problem.shift(found.z, check(found.z).array() + reserve);
     const int evaluations = std::max(options_.evaluations / polishings, 1);
     const detail::MmaResult result = improved(problem, found.z, evaluations, "polishing");
-    found.z = result.z;
     found.report.evaluations += result.evaluations;
-    keep(mended(problem, check, found.rest, found.z));
+    const bool within = problem(result.z).limits.maxCoeff() <= 0.0;
+    keep(mended(problem, check, found.rest, result.z));
+    // Where neither the search nor mending has come back within the limits but at a loss, the next one begins
+    // there.
+    const bool lost = !within && found.objective > result.objective + told_loss;
+    found.z = lost && found.kept.size() > 0 ? found.kept : result.z;
   }
 }
 

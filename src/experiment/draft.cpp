@@ -415,7 +415,17 @@ ExperimentDraft design_draft(const Parts& found, const Path& file) {
   out.line("[excitation]");
   out.key("duration", "20", "s");
   out.key("rate_hz", "500", "of the controller that plays it");
-  out.comment("noise = […]   # N·m, of each joint's torque; else 1 % of its limit");
+  const bool rated = std::ranges::all_of(robot.joints, [](const Joint& joint) {
+    return std::isfinite(joint.max_effort) && joint.max_effort > 0.0;
+  });
+  if (rated) {
+    out.comment("noise = […]   # N·m, of each joint's torque; else 1 % of its limit");
+  } else {
+    out.key("noise", "1", "N·m, of each joint's torque: fill in");
+    draft.doubts.emplace_back(
+        "torque errors are not known: noise = 1 in [excitation] is a guess, and forecast "
+        "standard deviations are in proportion to it");
+  }
   out.line();
   out.line("[excitation.limits]");
   out.key("acceleration", "5", "rad/s², m/s²; one for all joints or a list");

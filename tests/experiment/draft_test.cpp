@@ -420,17 +420,19 @@ TEST_F(Draft, ReadsTheGainsOfAControllersOwnModel) {
 TEST_F(Draft, IsOfADesignWithoutALog) {
   const ExperimentDraft made = draft(numbered, {});
   EXPECT_TRUE(made.complete);
-  ASSERT_EQ(made.doubts.size(), 4U);
-  EXPECT_EQ(made.doubts[0],
+  ASSERT_EQ(made.doubts.size(), 5U);
+  EXPECT_NE(made.doubts[0].find("noise = 1"), std::string::npos) << made.doubts[0];
+  EXPECT_EQ(made.doubts[1],
             "the description has no lower limit of joint_1, joint_2, joint_3; -3.1 in "
             "[excitation.limits] is a guess");
-  EXPECT_NE(made.doubts[3].find("tool or gripper on joint_3_body"), std::string::npos) << made.doubts[3];
+  EXPECT_NE(made.doubts[4].find("tool or gripper on joint_3_body"), std::string::npos) << made.doubts[4];
   folder().write("robot.toml", made.text);
   const ExcitationPlan plan = read_excitation(folder().path() / "robot.toml");
   EXPECT_EQ(plan.options.limits.lower, Vector::Constant(3, -3.1));
   EXPECT_EQ(plan.options.limits.upper, Vector::Constant(3, 3.1));
   EXPECT_EQ(plan.options.limits.velocity, Vector::Constant(3, 1.0));
   EXPECT_EQ(plan.options.limits.acceleration, Vector::Constant(3, 5.0));
+  EXPECT_EQ(plan.options.noise.sigma, Vector::Constant(3, 1.0));
   EXPECT_EQ(plan.options.space.half_spaces.size(), 1U);
 }
 
