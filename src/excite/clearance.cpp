@@ -316,7 +316,7 @@ std::vector<Clearances::PartPair> Clearances::parts_of(const BodyPair& pair) con
 }
 
 LinkPose Clearances::seen(const BodyPair& pair, const std::vector<LinkPose>& frames) const {
-  const LinkPose at = pose_of(bodies_[pair.body], frames);
+  LinkPose at = pose_of(bodies_[pair.body], frames);
   if (pair.other < 0) {
     return at;
   }

@@ -367,7 +367,7 @@ std::optional<Vector> Designer::mended(Problem& problem, DenseCheck& check, cons
   constexpr double smallest = 1e-3;
   double part = 1.0;
   for (double step = 1e-4; part > smallest; part = std::max(part - step, 0.8 * part), step *= 1.3) {
-    const Vector at = rest + part * (whole - rest);
+    Vector at = rest + part * (whole - rest);
     if (check(at).maxCoeff() <= 0.0) {
       return at;
     }
