@@ -312,7 +312,8 @@ Designer::Found Designer::search(std::uint64_t seed) {
 }
 
 // The nearest motion that keeps the limits of the problem, by Newton's steps along the gradients of those that
-// are exceeded, each as large as makes the worst better; nothing where the steps do not come to one.
+// are exceeded, each halved until it makes the worst better, or is a hundredth; nothing where the steps do not
+// come to one.
 std::optional<Vector> within_limits(Problem& problem, Vector z) {
   constexpr int steps = 20;
   constexpr double smallest = 1e-2;
@@ -432,7 +433,7 @@ Vector Designer::drawn_peaks(const Curve& curve, const Vector& z) const {
 
 // Takes as much from the torques that the motion may use as drawn robots need beyond their limits.
 void Designer::leave_room(Found& best) {
-  constexpr int rounds = 40;
+  constexpr int rounds = 6;
   constexpr double little = 5e-3;
   const Vector whole = task_.bounds.torque / options_.limits.torque_share;
   Vector over;
