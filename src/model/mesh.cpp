@@ -5,9 +5,11 @@
 #include <array>
 #include <bit>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -33,14 +35,9 @@ class Words {
  public:
   Words(std::string_view text, std::string where) : text_(text), where_(std::move(where)) {}
 
-  std::optional<std::string_view> next() {
-    const std::size_t from = text_.find_first_not_of(" \t\r\n", at_);
-    if (from == std::string_view::npos) {
-      return std::nullopt;
-    }
-    at_ = std::min(text_.find_first_of(" \t\r\n", from), text_.size());
-    return text_.substr(from, at_ - from);
-  }
+  std::optional<std::string_view> next() { return next_after(" \t\r\n"); }
+
+  std::optional<std::string_view> next_of_line() { return next_after(" \t\r"); }
 
   double number() {
     const std::string_view word = next().value_or("");
@@ -58,9 +55,28 @@ class Words {
     return {x, y, number()};
   }
 
+  // The whole number that a word begins with, as of a corner "3/1/2" of an OBJ.
+  long index(std::string_view word) const {
+    long out = 0;
+    if (std::from_chars(word.data(), word.data() + word.size(), out).ec != std::errc()) {
+      throw InputError(where_ + ": " + in_quotes(word) + " at byte " + std::to_string(at_) +
+                       " is no number of a point");
+    }
+    return out;
+  }
+
   void end_line() { at_ = std::min(text_.find('\n', at_), text_.size()); }
 
  private:
+  std::optional<std::string_view> next_after(std::string_view spaces) {
+    const std::size_t from = text_.find_first_not_of(spaces, at_);
+    if (from == std::string_view::npos || text_[from] == '\n') {
+      return std::nullopt;
+    }
+    at_ = std::min(text_.find_first_of(" \t\r\n", from), text_.size());
+    return text_.substr(from, at_ - from);
+  }
+
   std::string_view text_;
   std::string where_;
   std::size_t at_ = 0;
@@ -108,16 +124,43 @@ Points read_stl(std::string_view bytes, const std::string& where) {
   return out;
 }
 
-Points read_obj(std::string_view bytes, const std::string& where) {
+// The points that are corners of faces, or all where there are no faces: others are no part of the body.
+Points corners(const Points& points, const std::vector<long>& faces, const std::string& where) {
+  std::vector<bool> is_corner(points.size(), faces.empty());
+  for (const long point : faces) {
+    if (point < 0 || point >= std::ssize(points)) {
+      throw InputError(where + ": a face has point " + std::to_string(point + 1) + " of " +
+                       std::to_string(points.size()));
+    }
+    is_corner[static_cast<std::size_t>(point)] = true;
+  }
   Points out;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (is_corner[k]) {
+      out.push_back(points[k]);
+    }
+  }
+  return out;
+}
+
+Points read_obj(std::string_view bytes, const std::string& where) {
+  Points points;
+  std::vector<long> faces;
   Words words(bytes, where);
   while (const auto word = words.next()) {
     if (*word == "v") {
-      out.push_back(words.point());
+      points.push_back(words.point());
+    } else if (*word == "f") {
+      for (auto corner = words.next_of_line(); corner && !corner->starts_with('#');
+           corner = words.next_of_line()) {
+        // From 1, or back from the last one.
+        const long point = words.index(*corner);
+        faces.push_back(point < 0 ? std::ssize(points) + point : point - 1);
+      }
     }
     words.end_line();
   }
-  return out;
+  return corners(points, faces, where);
 }
 
 // The geometries of a COLLADA scene, each where its nodes put it.
@@ -201,11 +244,39 @@ class Collada {
     const pugi::xml_node numbers = at(input, "source").child("float_array");
     Words words(numbers.child_value(), where_);
     const auto count = numbers.attribute("count").as_ullong();
+    Points points;
     for (unsigned long long k = 0; k + 2 < count; k += 3) {
-      if (out_.size() > mesh_limit / sizeof(Vector3d)) {
+      if (out_.size() + points.size() > mesh_limit / sizeof(Vector3d)) {
         throw InputError(where_ + ": its scene has more points than rivid reads");
       }
-      out_.emplace_back(pose * words.point());
+      points.emplace_back(pose * words.point());
+    }
+    std::vector<long> faces;
+    for (const pugi::xml_node primitives : mesh.children()) {
+      add_faces(primitives, faces);
+    }
+    std::ranges::copy(corners(points, faces, where_), std::back_inserter(out_));
+  }
+
+  // Of each corner of <triangles>, <polylist> … the number of its point, which stands among others.
+  void add_faces(pugi::xml_node primitives, std::vector<long>& faces) const {
+    std::optional<unsigned> point;
+    unsigned each = 0;
+    for (const pugi::xml_node input : primitives.children("input")) {
+      const unsigned offset = input.attribute("offset").as_uint();
+      each = std::max(each, offset + 1);
+      if (std::string_view(input.attribute("semantic").value()) == "VERTEX") {
+        point = offset;
+      }
+    }
+    for (const pugi::xpath_node& found : point ? primitives.select_nodes("p|ph/p") : pugi::xpath_node_set()) {
+      Words words(found.node().child_value(), where_);
+      unsigned at = 0;
+      for (auto word = words.next(); word; word = words.next(), at = (at + 1) % each) {
+        if (at == *point) {
+          faces.push_back(words.index(*word));
+        }
+      }
     }
   }
 

@@ -153,15 +153,18 @@ TEST_F(Collision, MeshesOfAllFormatsAreTheSame) {
       "text.stl",
       "solid thing vertex\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 2e0 0\n"
       "endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 0 0 3\nendloop\nendfacet\nendsolid\n");
-  write_mesh("text.obj",
-             "# v 9 9 9\nvn 7 7 7\nv 0 0 0\nv 1 0 0 1.0\r\nv 0 2 0\nv 0 0 3 # tip\nf 1 2 3\nvt 5 5\n");
-  // In millimetres, moved by its node and back by the parent of that.
+  write_mesh(
+      "text.obj",
+      "# v 9 9 9\nvn 7 7 7\nv 0 0 0\nv 1 0 0 1.0\r\nv 0 2 0\nv 5 5 5\nv 0 0 3 # tip\nf 1/1 2//1 3/1/1 # one\n"
+      "f -1 1 2\nvt 5 5\n");
+  // In millimetres, moved by its node and back by the parent of that, with a point that no face has.
   write_mesh("scene.dae",
              R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema">
 <asset><unit name="millimeter" meter="0.001"/><up_axis>Y_UP</up_axis></asset>
-<library_geometries><geometry id="g"><mesh><source id="p"><float_array id="pa" count="12">
-0 0 0 0 500 0  -1000 0 0 0 0 1500</float_array></source><vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-</mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s">
+<library_geometries><geometry id="g"><mesh><source id="p"><float_array id="pa" count="15">
+0 0 0 9 9 9000 0 500 0  -1000 0 0 0 0 1500</float_array></source><vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="1"><input semantic="NORMAL" offset="0"/><input semantic="VERTEX" offset="1"/><p>1 0 1 2 1 3</p></triangles>
+<polygons count="1"><input semantic="VERTEX" offset="0"/><p>0 2 4</p></polygons></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s">
 <node><translate>0 0 -40</translate><node><matrix>2 0 0 0  0 2 0 0  0 0 2 40  0 0 0 1</matrix>
 <rotate>0 0 1 -90</rotate><instance_geometry url="#g"/></node></node>
 </visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)");
@@ -213,6 +216,8 @@ TEST_F(Collision, RefusesWhatIsNone) {
   of("word.stl", "solid\nvertex 1 2 three\n", "\"three\" at byte");
   of("short.obj", "v 1 2\nv", "\"v\" at byte");
   of("huge.obj", "v 1e999 0 0\n", "\"1e999\" at byte 7 is no finite number");
+  of("face.obj", "v 1 2 3\nf 1 2 x\n", "\"x\" at byte 15 is no number of a point");
+  of("far.obj", "v 1 2 3\nf 1 2\n", "a face has point 2 of 1");
   of("a.ply", "ply\n", "is no mesh that can be read, must be STL, OBJ or DAE");
   of("a.dae", "<COLLADA>", "is no COLLADA");
   of("b.dae", "<COLLADA><scene><instance_visual_scene url=\"#s\"/></scene></COLLADA>",
