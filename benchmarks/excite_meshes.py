@@ -24,7 +24,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from excite_arms import NAMES, Arm
+from excite_arms import LIMITS, NAMES, Arm
 from robot_data_arms import ROBOTS
 
 SAMPLES = 2000
@@ -121,6 +121,8 @@ class Cell:
     def __init__(self, name, folder, clearance=0.03):
         self.clearance = clearance
         self.arm = arm = Arm(name)
+        # A gripper's effort is as large as its friction.
+        arm.limits["torque"] = np.where(0.8 * arm.limits["torque"] > arm.friction, arm.limits["torque"], LIMITS["torque"])
         with_tool(arm, folder)
         self.base, owner = owners(arm)
         self.model = pin.buildModelFromUrdf(str(arm.urdf))

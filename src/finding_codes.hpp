@@ -212,8 +212,14 @@ inline constexpr std::array codes = {
         "Compare <origin> of that joint in the URDF with the arm, or with the maker's calibration."},
     DiagnosticCode{
         "load_changed", error, "The load of the last link changes within the logs.",
-        "A score test: other parameters of the last link from some instant on explain much of the residual.",
-        "Identify each load from a log of its own."},
+        "A score test: other parameters of the last link from some instant on, or in each tenth of the time, "
+        "explain much of the residual.",
+        "Identify each load from a log of its own, or a part of one: [signal] window, rivid payload --loaded "
+        "FILE@FROM:TO."},
+    DiagnosticCode{"uneven_residual", warning, "The model fails in a part of the time.",
+                   "A twentieth of the time leaves five times what the middle one does, and 3 % of the "
+                   "joint's torque: a contact, a push, a stop, a position that slipped, a load.",
+                   "Look at the residuals there; leave that time out: [signal] window."},
     DiagnosticCode{"model_mismatch", warning, "Robot or log differ from the experiment file.",
                    "A score test is significant in the direction that the text names, and moves a parameter "
                    "out of its interval: a small fault of that kind, or a similar one.",

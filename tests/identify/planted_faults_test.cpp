@@ -285,6 +285,61 @@ TEST(PlantedFaults, OfTheDemoThatTheLogsShowAreSeen) {
   EXPECT_LE(silent, most * detectable) << told;
 }
 
+// What a body on the second link adds to the torques at the instants that have it.
+void add_load(const Demo& demo, Log& log, const std::function<bool(double)>& has_it) {
+  const rivid::BaseParameters& base = demo.study.base;
+  Vector body = Vector::Zero(std::ssize(base.standard));
+  for (std::size_t k = 0; k < base.standard.size(); ++k) {
+    const rivid::StandardParameter& p = base.standard[k];
+    if (p.joint == 1) {
+      body[static_cast<Index>(k)] = p.kind == rivid::ParameterKind::M    ? 0.5
+                                    : p.kind == rivid::ParameterKind::MX ? 0.15
+                                    : p.kind == rivid::ParameterKind::ZZ ? 0.05
+                                                                         : 0.0;
+    }
+  }
+  const Vector chi = base.from_standard(body);
+  const rivid::Observation W = observation(demo.study.robot, base, rivid::differentiate(log.q, log.f_m));
+  for (Index j = 0; j < 2; ++j) {
+    const auto& rows = W.joints[static_cast<std::size_t>(j)];
+    const Vector torque = rows.W * chi(rows.columns);
+    for (Index k = 0; k < log.samples(); ++k) {
+      log.v_tau(k, j) += has_it(log.t[k] - log.t[0]) ? torque[k] : 0.0;
+    }
+  }
+}
+
+// The deviations know of it, for blocks of time differ: it is no harm in them, and a wrong robot all the same.
+TEST(Judgement, SeesALoadThatComesOnceOrComesAndGoes) {
+  const Demo demo;
+  const double duration = demo.fit.t[demo.fit.samples() - 1] - demo.fit.t[0];
+  const auto with = [&](const std::function<bool(double)>& has_it) {
+    Log log = made(demo, demo.fit.q_r, demo.study.truth, 0.01);
+    add_load(demo, log, has_it);
+    return judged(demo.robot, log, {});
+  };
+  EXPECT_EQ(with([](double) { return true; }).status, Status::identified);
+  EXPECT_TRUE(has(with([&](double t) { return t > 0.5 * duration; }), "load_changed", ""));
+  const Identification result = with([&](double t) { return std::fmod(5.0 * t / duration, 2.0) >= 1.0; });
+  EXPECT_TRUE(has(result, "load_changed", ""));
+  EXPECT_EQ(result.status, Status::doubtful);
+}
+
+TEST(Judgement, SaysWhenTheModelFails) {
+  const Demo demo;
+  Log log = made(demo, demo.fit.q_r, demo.study.truth, 0.01);
+  EXPECT_FALSE(has(judged(demo.robot, log, {}), "uneven_residual", ""));
+  for (Index k = 0; k < log.samples(); ++k) {
+    const double t = log.t[k] - log.t[0];
+    log.v_tau(k, 0) += t > 4.0 && t < 5.0 ? 8.0 : 0.0;
+  }
+  const Identification result = judged(demo.robot, log, {});
+  const auto found = std::ranges::find(result.warnings, "uneven_residual", &rivid::Finding::code);
+  ASSERT_NE(found, result.warnings.end());
+  EXPECT_EQ(found->subject, "joint_1");
+  EXPECT_NE(found->text.find("from 4.0"), std::string::npos) << found->text;
+}
+
 TEST(Physics, ForbidsANegativeInertiaOfTheReferenceLoggedAsPosition) {
   Demo demo;
   demo.fit.q = demo.fit.q_r;

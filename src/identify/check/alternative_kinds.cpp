@@ -157,9 +157,11 @@ constexpr std::array alternative_kinds = {
         .fault = true,
         .words =
             [](const Robot&, const Alternative& it, const AlternativeTest&) {
-              return AlternativeWords{"its load looks another one from " +
-                                          number(std::round(100.0 * it.from), 2) + " % of the time on",
-                                      "identify each load from a log of its own"};
+              return AlternativeWords{it.from > 0.0
+                                          ? "its load looks another one from " +
+                                                number(std::round(100.0 * it.from), 2) + " % of the time on"
+                                          : "its load looks to come and go",
+                                      ""};
             },
     },
     AlternativeKind{

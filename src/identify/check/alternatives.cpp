@@ -373,16 +373,37 @@ std::vector<Index> columns_that(const BaseParameters& base, const Are& are) {
   return out;
 }
 
-// Another load from some instant on.
+// What a load of a link does to the torques: its mass, first moments, and inertia about the axis of its joint.
+// Base parameters of the links before take up most of the mass.
+Matrix load_effect(std::size_t link, const BaseParameters& base, const ProbedRows& rows) {
+  std::vector<Vector> of_chi;
+  for (std::size_t k = 0; k < base.standard.size(); ++k) {
+    const StandardParameter& p = base.standard[k];
+    const bool is_load = p.kind == ParameterKind::ZZ || p.kind == ParameterKind::MX ||
+                         p.kind == ParameterKind::MY || p.kind == ParameterKind::MZ ||
+                         p.kind == ParameterKind::M;
+    if (p.joint == static_cast<Index>(link) && is_load) {
+      of_chi.push_back(base.from_standard(Vector::Unit(std::ssize(base.standard), static_cast<Index>(k))));
+    }
+  }
+  Matrix out(rows.W.rows(), std::ssize(of_chi));
+  for (Index c = 0; c < out.cols(); ++c) {
+    out.col(c) = rows.W.leftCols(base.size()) * of_chi[static_cast<std::size_t>(c)];
+  }
+  return out;
+}
+
+// Another load from some instant on, or one that comes and goes: each part of the time has its own.
 void add_load_changes(const Robot& robot, std::size_t tip, const BaseParameters& base, const ProbedRows& rows,
                       std::vector<Alternative>& out) {
   constexpr Index instants = 5;
-  const std::vector<Index> last = columns_that(base, [&](const StandardParameter& p) {
-    return p.joint == static_cast<Index>(tip) && role(p.kind) == Role::inertial;
-  });
+  constexpr Index parts = 10;
+  const Index blocks_of_part = std::max<Index>(rows.blocks / parts, 2);
+  const Matrix whole = load_effect(tip, base, rows);
+  const Index columns = whole.cols();
   for (Index k = 1; k <= instants; ++k) {
     const Index from = k * rows.blocks / (instants + 1);
-    Matrix effect = rows.W(Eigen::all, last);
+    Matrix effect = whole;
     for (Index r = 0; r < effect.rows(); ++r) {
       if (rows.block_of[static_cast<std::size_t>(r)] < from) {
         effect.row(r).setZero();
@@ -391,6 +412,27 @@ void add_load_changes(const Robot& robot, std::size_t tip, const BaseParameters&
     out.push_back({"load_changed", robot.link_name(tip), std::move(effect), true,
                    static_cast<double>(k) / (instants + 1)});
   }
+  double seconds = 0.0;
+  for (const PickedLog& picked : rows.logs) {
+    const ProbedLog& log = *picked.log;
+    seconds +=
+        log.size() > 0 ? static_cast<double>(log.samples.back() - log.samples.front()) / log.log->f_m : 0.0;
+  }
+  constexpr Index rows_of_column = 5;
+  const Index all = columns * (rows.blocks / blocks_of_part);
+  // Residuals are alike for parts of a second, whatever they come from.
+  if (whole.rows() < rows_of_column * all || seconds < 0.5 * parts) {
+    return;
+  }
+  Matrix effect = Matrix::Zero(whole.rows(), all);
+  for (Index r = 0; r < effect.rows(); ++r) {
+    const Index part = rows.block_of[static_cast<std::size_t>(r)] / blocks_of_part;
+    if ((part + 1) * columns <= effect.cols()) {
+      effect.row(r).segment(part * columns, columns) = whole.row(r);
+    }
+  }
+  out.push_back({"load_changed", robot.link_name(tip), std::move(effect)});
+  out.back().by_blocks = true;
 }
 
 }  // namespace
@@ -447,6 +489,7 @@ OwnLog own_log(const Robot& robot, const BaseParameters& base, const ProbedRows&
     one.subject = rows.logs[log].log->log->source;
     one.effect = of_log(bodies);
     one.load = load;
+    one.by_blocks = true;
   }
   out.friction = of_log(columns_that(base, [](const StandardParameter& p) { return is_friction(p.kind); }));
   return out;

@@ -12,13 +12,14 @@ namespace rivid::detail {
 
 // A way in which robot or log may be other than the experiment says, by what it would do to the torques.
 struct Alternative {
-  std::string_view code;  // of the finding
-  std::string subject;    // joint or joints
-  Matrix effect;          // of each of its parameters, per unit, in weighted rows, (rows × k)
-  bool turns = true;      // whether the joint is a revolute one
-  double from = 0.0;      // of load_changed: part of the time that is over by then
-  double inertia = 0.0;   // of joint_elasticity: mean of what the link alone has about its axis [kg·m² | kg]
-  bool load = false;      // of logs_differ: whether the last link alone is another one
+  std::string_view code;   // of the finding
+  std::string subject;     // joint or joints
+  Matrix effect;           // of each of its parameters, per unit, in weighted rows, (rows × k)
+  bool turns = true;       // whether the joint is a revolute one
+  double from = 0.0;       // of load_changed: part of the time that is over by then; 0: it comes and goes
+  double inertia = 0.0;    // of joint_elasticity: mean of what the link alone has about its axis [kg·m² | kg]
+  bool load = false;       // of logs_differ: whether the last link alone is another one
+  bool by_blocks = false;  // tested by what goes of each block, for it may have many parameters
 };
 
 // Gravity turned by two small angles about the axes of gravity_tilt.
