@@ -179,6 +179,23 @@ TEST(PayloadEstimator, SeesPickUpAndReleaseInMotion) {
   EXPECT_FALSE(estimator.payload().held);
 }
 
+// The change that is tested beside any other: what is held is let go.
+TEST(PayloadEstimator, ExpectsThatWhatIsHeldIsLetGo) {
+  const Scene scene = six_joints(7);
+  const Inertial body = brick(2.0);
+  const Ticks full = run_of(scene, test::loaded(scene.robot, scene.chi_st, body), 7, 10.0);
+  PayloadEstimator<double> estimator(scene.model, options_of());
+  estimator.payload_changed();
+  for (Index k = 0; k < full.q.cols(); ++k) {
+    estimator.update(full.q.col(k), full.tau.col(k));
+  }
+  for (const auto& sums : std::get<0>(std::get<2>(estimator.state()).state()).sums) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      EXPECT_NEAR(sums.release[k], -body[static_cast<Index>(6 + k)], k < 3 ? 0.02 : 0.1) << k;
+    }
+  }
+}
+
 TEST(PayloadEstimator, TakesFrictionThatHasChangedForNoPayload) {
   const Scene scene = six_joints(9);
   Vector worn = scene.chi_st;

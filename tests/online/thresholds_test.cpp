@@ -74,6 +74,20 @@ TEST(ContactObserver, HasTheLevelsOfGumbelsDistribution) {
   }
 }
 
+// Mean of a function of the variance that 200 rows measure, by the midpoint rule.
+template <typename Function>
+double mean_by_variance(const Function& f) {
+  constexpr double rows = 200.0;
+  constexpr double ds = 1e-4;
+  double mean = 0.0;
+  for (double s = 0.5 * ds; s < 3.0; s += ds) {
+    const double log_density = 0.5 * rows * std::log(0.5 * rows) - std::lgamma(0.5 * rows) +
+                               (0.5 * rows - 1.0) * std::log(s) - 0.5 * rows * s;
+    mean += ds * std::exp(log_density) * f(s);
+  }
+  return mean;
+}
+
 TEST(LoadChange, IsFoundBeyondTheTailOfFByRowsThatVariancesRemember) {
   detail::LoadChange::Options options;
   options.per_second = 25.0;
@@ -96,17 +110,39 @@ TEST(LoadChange, IsFoundBeyondTheTailOfFByRowsThatVariancesRemember) {
   const double threshold = chi_square / (1.5 * change.suspicion());
   const double p = 1.0 / (3600.0 * options.hours_to_false_alarm * options.per_second *
                           static_cast<double>(detail::LoadChange::onsets));
-  // P(χ²₄ > threshold s), s the variance of 200 rows, by the midpoint rule.
-  constexpr double rows = 200.0;
-  constexpr double ds = 1e-4;
-  double tail = 0.0;
-  for (double s = 0.5 * ds; s < 3.0; s += ds) {
-    const double log_density = 0.5 * rows * std::log(0.5 * rows) - std::lgamma(0.5 * rows) +
-                               (0.5 * rows - 1.0) * std::log(s) - 0.5 * rows * s;
+  // P(χ²₄ > threshold s)
+  const double tail = mean_by_variance([&](double s) {
     const double x = threshold * s;
-    tail += ds * std::exp(log_density - 0.5 * x) * (1.0 + 0.5 * x);
-  }
+    return std::exp(-0.5 * x) * (1.0 + 0.5 * x);
+  });
   EXPECT_NEAR(tail / p, 1.0, 1e-6);
+}
+
+// Its likelihood ratio exceeds A with a probability of 1/A at most, at any time after a step; every third is tried.
+TEST(LoadChange, IsAReleaseBeyondThatLikelihoodRatio) {
+  const detail::LoadChange::Options options;
+  detail::RowNoise noise(Vector{{1.0}}, Vector{{0.1}}, 1e9);
+  for (int k = 0; k < 20; ++k) {
+    noise.take(0, k % 2 == 0 ? 1.0 : -1.0);
+  }
+  const auto suspicion_of = [&](double u) {
+    detail::LoadChange change(options);
+    for (int k = 0; k < 3; ++k) {
+      static_cast<void>(change.restart({0.0, 0.0, 0.0, -2.0}));
+    }
+    detail::LoadChange::Signatures l;
+    l.fill({0.0, 0.0, 0.0, 1.0});
+    for (int row = 0; row < 6; ++row) {
+      change.take(l, u, noise, 0);
+    }
+    change.step();
+    return 1.5 * change.suspicion();
+  };
+  constexpr double ratio = 6 * 2.0 * 2.0;  // twice its logarithm
+  const double threshold = ratio / suspicion_of(-2.0);
+  const double tail = mean_by_variance([&](double s) { return std::exp(-0.5 * threshold * s); });
+  EXPECT_NEAR(tail * 3600.0 * options.hours_to_false_alarm * options.per_second / 3.0, 1.0, 1e-6);
+  EXPECT_LT(suspicion_of(2.0), 0.8 * suspicion_of(-2.0)) << "a pick-up is no release";
 }
 
 // Each step that is tried is about twice as long ago as the next, and none too long.

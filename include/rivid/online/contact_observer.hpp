@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "rivid/error.hpp"
+#include "rivid/online/information_triangle.hpp"
 #include "rivid/online/momentum.hpp"
 #include "rivid/online/plausible.hpp"
 #include "rivid/online/saved_state.hpp"
@@ -18,47 +19,6 @@
 #include "rivid/text.hpp"
 
 namespace rivid {
-
-namespace detail {
-
-/// Positive definite coefficients, in the last column the right-hand side.
-template <std::size_t n>
-using Equations = std::array<std::array<double, n + 1>, n>;
-
-struct Unknown {
-  double value = 0.0;
-  double variance = 0.0;  // entry of the diagonal of the inverse
-};
-
-/// Of L D Lᵀ x = b; the inverse has the columns of L⁻¹.
-template <std::size_t n>
-[[nodiscard]] std::array<Unknown, n> solved(Equations<n> A) noexcept {
-  std::array<std::array<double, n>, n> lower{};  // L⁻¹
-  for (std::size_t k = 0; k < n; ++k) {
-    lower[k][k] = 1.0;
-  }
-  for (std::size_t k = 0; k < n; ++k) {
-    for (std::size_t i = k + 1; i < n; ++i) {
-      const double factor = A[i][k] / A[k][k];
-      for (std::size_t c = k; c <= n; ++c) {
-        A[i][c] -= factor * A[k][c];
-      }
-      for (std::size_t c = 0; c <= k; ++c) {
-        lower[i][c] -= factor * lower[k][c];
-      }
-    }
-  }
-  std::array<Unknown, n> out{};
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = i; k < n; ++k) {
-      out[i].value += lower[k][i] * A[k][n] / A[k][k];
-      out[i].variance += lower[k][i] * lower[k][i] / A[k][k];
-    }
-  }
-  return out;
-}
-
-}  // namespace detail
 
 struct ContactObserverOptions {
   double f_m = 1000.0;  ///< ticks a second [Hz]
@@ -707,27 +667,15 @@ void ContactObserver<Scalar>::visit_frames(Index last, const Visit& visit) const
   Eigen::Vector3<Scalar> p = Eigen::Vector3<Scalar>::Zero();
   for (Index j = 0; j <= last; ++j) {
     const Chain::Link& l = model_.chain.links[static_cast<std::size_t>(j)];
-    const Eigen::Vector3<Scalar> offset = l.p.template cast<Scalar>();
-    for (Index i = 0; i < 3; ++i) {
-      p[i] += R(i, 0) * offset[0] + R(i, 1) * offset[1] + R(i, 2) * offset[2];
-    }
-    Eigen::Matrix3<Scalar> next;
-    for (Index i = 0; i < 3; ++i) {
-      for (Index k = 0; k < 3; ++k) {
-        next(i, k) = R(i, 0) * static_cast<Scalar>(l.R(0, k)) + R(i, 1) * static_cast<Scalar>(l.R(1, k)) +
-                     R(i, 2) * static_cast<Scalar>(l.R(2, k));
-      }
-    }
-    R = next;
+    p += R * l.p.template cast<Scalar>();
+    R *= l.R.template cast<Scalar>();
     if (l.type == JointType::revolute) {
       Scalar s(0);
       Scalar c(1);
       detail::sin_cos(q_[j], s, c);
-      for (Index i = 0; i < 3; ++i) {
-        const Scalar x = R(i, 0);
-        R(i, 0) = c * x + s * R(i, 1);
-        R(i, 1) = c * R(i, 1) - s * x;
-      }
+      const Eigen::Vector3<Scalar> x = R.col(0);
+      R.col(0) = c * x + s * R.col(1);
+      R.col(1) = c * R.col(1) - s * x;
     } else {
       p += R.col(2) * q_[j];
     }

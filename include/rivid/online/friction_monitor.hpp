@@ -374,17 +374,9 @@ template <typename Scalar>
 void FrictionMonitor<Scalar>::solve_a_row() noexcept {
   using std::sqrt;
   const Index i = counters_.solution_row;
-  const auto& triangle = rows_.triangle();
-  triangle.inverse_row(i, scratch_.data());
-  Scalar value(0);
-  Scalar square(0);
-  for (Index k = i; k < triangle.size(); ++k) {
-    const Scalar x = scratch_[static_cast<std::size_t>(k)];
-    value = value + x * triangle.z(k);
-    square = square + x * x;
-  }
+  const auto [value, variance] = rows_.triangle().estimate(i, scratch_.data());
   values_[i] = value;
-  sigmas_[i] = sqrt(square);
+  sigmas_[i] = sqrt(variance);
   counters_.solution_row = (i + 1) % count();
 }
 

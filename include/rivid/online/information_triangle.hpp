@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -12,6 +13,43 @@
 #include "rivid/types.hpp"
 
 namespace rivid::detail {
+
+// Positive definite coefficients, in the last column the right-hand side.
+template <std::size_t n>
+using Equations = std::array<std::array<double, n + 1>, n>;
+
+struct Unknown {
+  double value = 0.0;
+  double variance = 0.0;  // entry of the diagonal of the inverse
+};
+
+// Of L D Lᵀ x = b; the inverse has the columns of L⁻¹.
+template <std::size_t n>
+[[nodiscard]] std::array<Unknown, n> solved(Equations<n> A) noexcept {
+  std::array<std::array<double, n>, n> lower{};  // L⁻¹
+  for (std::size_t k = 0; k < n; ++k) {
+    lower[k][k] = 1.0;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t i = k + 1; i < n; ++i) {
+      const double factor = A[i][k] / A[k][k];
+      for (std::size_t c = k; c <= n; ++c) {
+        A[i][c] -= factor * A[k][c];
+      }
+      for (std::size_t c = 0; c <= k; ++c) {
+        lower[i][c] -= factor * lower[k][c];
+      }
+    }
+  }
+  std::array<Unknown, n> out{};
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = i; k < n; ++k) {
+      out[i].value += lower[k][i] * A[k][n] / A[k][k];
+      out[i].variance += lower[k][i] * lower[k][i] / A[k][k];
+    }
+  }
+  return out;
+}
 
 // Square-root information of a linear estimate: the triangle [R z] with R χ = z, to which rows w χ = y are
 // added by Givens rotations, one after the other and a part at a time, so that no tick of a control loop gets
@@ -160,6 +198,20 @@ class InformationTriangle {
     }
   }
   [[nodiscard]] Index room_of_row() const noexcept { return ld_; }
+
+  // Unknown i and its variance; x becomes row i of R⁻¹.
+  struct Estimate {
+    Scalar value, variance;
+  };
+  [[nodiscard]] Estimate estimate(Index i, Scalar* x) const noexcept {
+    inverse_row(i, x);
+    Estimate out{Scalar(0), Scalar(0)};
+    for (Index k = i; k < n_; ++k) {
+      out.value = out.value + x[k] * z(k);
+      out.variance = out.variance + x[k] * x[k];
+    }
+    return out;
+  }
 
   // The information of another triangle, whole.
   template <typename Report>

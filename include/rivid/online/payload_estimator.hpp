@@ -53,19 +53,17 @@ struct PayloadEstimatorOptions {
     struct Named {
       const char* name;
       double value;
+      bool finite;
     };
-    for (const auto& [name, value] :
-         {Named{"mass_scale", mass_scale}, Named{"length_scale", length_scale},
-          Named{"forgetting", forgetting}, Named{"hours_to_false_alarm", hours_to_false_alarm},
-          Named{"largest_change", largest_change}, Named{"good_mass", good_mass},
-          Named{"good_com", good_com}}) {
+    for (const auto& [name, value, finite] :
+         {Named{"mass_scale", mass_scale, true}, Named{"length_scale", length_scale, true},
+          Named{"largest_change", largest_change, true}, Named{"forgetting", forgetting, false},
+          Named{"hours_to_false_alarm", hours_to_false_alarm, false}, Named{"good_mass", good_mass, false},
+          Named{"good_com", good_com, false}}) {
       if (!(value > 0.0)) {
         return std::string(name) + " is " + number(value) + ", must be positive";
       }
-    }
-    for (const auto& [name, value] : {Named{"mass_scale", mass_scale}, Named{"length_scale", length_scale},
-                                      Named{"largest_change", largest_change}}) {
-      if (std::isinf(value)) {
+      if (finite && std::isinf(value)) {
         return std::string(name) + " is infinite, must be finite";
       }
     }
@@ -133,8 +131,8 @@ struct OnlinePayload {
 /// RowStream.
 ///
 /// A change of the payload is found by a likelihood-ratio test of the prediction errors on the columns of L
-/// that belong to mass and first moments, for several onsets; its threshold follows from
-/// `hours_to_false_alarm`. Then the estimate of the arm goes back to before the change, and the payload is
+/// that belong to mass and first moments, for several onsets, and of those on what is held, which may be let go;
+/// thresholds follow from `hours_to_false_alarm`. Then the estimate of the arm goes back to before the change, and the payload is
 /// learned anew.
 ///
 /// A tick costs the same as any other: the triangle takes a row over several ticks, and the solution is made
@@ -393,8 +391,7 @@ PayloadEstimator<Scalar>::PayloadEstimator(const Extended& extended, const Paylo
 template <typename Scalar>
 void PayloadEstimator<Scalar>::make_flange() {
   const Eigen::Matrix3d back = options_.R.transpose();
-  const Eigen::Vector3d origin(-options_.R.col(0).dot(options_.p), -options_.R.col(1).dot(options_.p),
-                               -options_.R.col(2).dot(options_.p));
+  const Eigen::Vector3d origin = -back * options_.p;
   for (Index k = 0; k < inertial_count; ++k) {
     to_flange_.col(k) = transformed(Inertial::Unit(k), back, origin).template cast<Scalar>();
   }
@@ -502,7 +499,11 @@ void PayloadEstimator<Scalar>::step() noexcept {
   if (load_change_.found() && !counters_.touched) {
     return;
   }
-  if (const auto onset = load_change_.restart()) {
+  detail::LoadChange::Vector4 release{};
+  for (std::size_t k = 0; k < 4 && payload_.mass > Scalar(0); ++k) {
+    release[k] = -static_cast<double>(lambda_[static_cast<Index>(6 + k)]);
+  }
+  if (const auto onset = load_change_.restart(release)) {
     rows_.triangle().clear_beside(4 * static_cast<Index>(*onset), 4);
   }
   if (counters_.touched) {
@@ -597,7 +598,7 @@ bool PayloadEstimator<Scalar>::payload_known(const Scalar& mass, const Eigen::Ve
   }
   payload_changed();
   const Eigen::Vector3<Scalar>& c = com;
-  const Scalar reach = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+  const Scalar reach = c.squaredNorm();
   Ten known;
   known << reach - c[0] * c[0], -c[0] * c[1], -c[0] * c[2], reach - c[1] * c[1], -c[1] * c[2],
       reach - c[2] * c[2], c, Scalar(1);
@@ -735,12 +736,7 @@ void PayloadEstimator<Scalar>::solve_a_row() noexcept {
     return;
   }
   Scalar* const x = &inverse_[static_cast<std::size_t>(i * rows_.triangle().room_of_row())];
-  rows_.triangle().inverse_row(i, x);
-  Scalar sum(0);
-  for (Index k = i; k < n; ++k) {
-    sum = sum + x[k] * rows_.triangle().z(k);
-  }
-  next_lambda_[i] = sum;
+  next_lambda_[i] = rows_.triangle().estimate(i, x).value;
   using Rest = Eigen::Map<const Eigen::VectorX<Scalar>>;
   for (Index k = 0; k <= i; ++k) {
     const Scalar* const other = &inverse_[static_cast<std::size_t>(k * rows_.triangle().room_of_row())];
@@ -758,16 +754,9 @@ void PayloadEstimator<Scalar>::solve_friction() noexcept {
   }
   counters_.friction = (counters_.friction + 1) % std::ssize(friction_);
   const Index i = friction_unknowns_[static_cast<std::size_t>(counters_.friction)];
-  rows_.triangle().inverse_row(i, friction_row_.data());
-  Scalar value(0);
-  Scalar square(0);
-  for (Index k = i; k < rows_.triangle().size(); ++k) {
-    const Scalar x = friction_row_[static_cast<std::size_t>(k)];
-    value = value + x * rows_.triangle().z(k);
-    square = square + x * x;
-  }
+  const auto [value, variance] = rows_.triangle().estimate(i, friction_row_.data());
   friction_[static_cast<std::size_t>(counters_.friction)].value = value;
-  friction_[static_cast<std::size_t>(counters_.friction)].sigma = sqrt(square);
+  friction_[static_cast<std::size_t>(counters_.friction)].sigma = sqrt(variance);
 }
 
 template <typename Scalar>
@@ -783,10 +772,7 @@ template <typename Scalar>
 void PayloadEstimator<Scalar>::publish() noexcept {
   lambda_ = next_lambda_;
   rows_.set_body(lambda_, columns_.body);
-  Ten body = Ten::Zero();
-  for (Index k = 0; k < inertial_count; ++k) {
-    body += to_flange_.col(k) * lambda_[k];
-  }
+  const Ten body = to_flange_.lazyProduct(lambda_);
   const Scalar m = body[9];
   OnlinePayload<Scalar> out;
   out.mass_sigma = with_gain(deviation(Ten::Unit(9)), m);
@@ -804,15 +790,8 @@ void PayloadEstimator<Scalar>::publish() noexcept {
 template <typename Scalar>
 Scalar PayloadEstimator<Scalar>::deviation(const Ten& by_body) const noexcept {
   using std::sqrt;
-  Ten slope;  // by λ
-  for (Index k = 0; k < inertial_count; ++k) {
-    slope[k] = by_body.dot(to_flange_.col(k));
-  }
-  Scalar sum(0);
-  for (Index i = 0; i < inertial_count; ++i) {
-    sum = sum + slope[i] * slope.dot(C_lambda_.col(i));
-  }
-  return sqrt(std::max(sum, Scalar(0)) * misfit());
+  const Ten slope = to_flange_.transpose().lazyProduct(by_body);  // by λ
+  return sqrt(std::max(slope.dot(C_lambda_.lazyProduct(slope)), Scalar(0)) * misfit());
 }
 
 template <typename Scalar>
@@ -825,18 +804,13 @@ Scalar PayloadEstimator<Scalar>::with_gain(const Scalar& sigma, const Scalar& va
 template <typename Scalar>
 void PayloadEstimator<Scalar>::add_centre_of_mass(const Ten& body,
                                                   OnlinePayload<Scalar>& out) const noexcept {
-  using std::sqrt;
   const Scalar& m = body[9];
-  Scalar reach(0);
-  for (Index k = 0; k < 3; ++k) {
-    out.com[k] = body[6 + k] / m;
-    reach = reach + out.com[k] * out.com[k];
-  }
+  out.com = body.template segment<3>(6) / m;
   for (Index k = 0; k < 3; ++k) {
     Ten slope = Ten::Zero();
     slope[6 + k] = Scalar(1) / m;
     slope[9] = -out.com[k] / m;
-    out.com_sigma[k] = with_gain(deviation(slope), sqrt(reach));
+    out.com_sigma[k] = with_gain(deviation(slope), out.com.norm());
   }
 }
 
@@ -844,10 +818,6 @@ void PayloadEstimator<Scalar>::add_centre_of_mass(const Ten& body,
 template <typename Scalar>
 void PayloadEstimator<Scalar>::add_inertia(const Ten& body, OnlinePayload<Scalar>& out) const noexcept {
   const Eigen::Vector3<Scalar>& c = out.com;
-  Scalar reach(0);
-  for (Index k = 0; k < 3; ++k) {
-    reach = reach + c[k] * c[k];
-  }
   Eigen::Matrix3<Scalar> I;
   I << body[0], body[1], body[2], body[1], body[3], body[4], body[2], body[4], body[5];
   Eigen::Vector3<Scalar> sigma;
@@ -863,10 +833,8 @@ void PayloadEstimator<Scalar>::add_inertia(const Ten& body, OnlinePayload<Scalar
       }
     }
     sigma[k] = deviation(slope);
-    for (Index i = 0; i < 3; ++i) {
-      I(k, i) -= body[9] * ((i == k ? reach : Scalar(0)) - c[k] * c[i]);
-    }
   }
+  I -= body[9] * (c.squaredNorm() * Eigen::Matrix3<Scalar>::Identity() - c * c.transpose());
   const Scalar largest = I.diagonal().maxCoeff();
   out.body = sigma.maxCoeff() <= static_cast<Scalar>(visible_inertia) * largest;
   if (out.body) {

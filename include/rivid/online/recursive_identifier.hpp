@@ -83,8 +83,7 @@ class RecursiveIdentifier {
     if (i < 0 || i >= size() || !rows_.triangle().solve(chi_.data())) {
       return Scalar(std::numeric_limits<double>::quiet_NaN());
     }
-    rows_.triangle().inverse_row(i, scratch_.data());
-    return sqrt(scratch_.head(size()).squaredNorm());
+    return sqrt(rows_.triangle().estimate(i, scratch_.data()).variance);
   }
 
   /// Mean square of the prediction errors of joint j over their variance, with forgetting (or over all rows):

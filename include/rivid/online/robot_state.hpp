@@ -47,18 +47,15 @@ class BodyTorque {
   using Values = Eigen::Ref<const Vec>;
   using Body = Eigen::Matrix<Scalar, inertial_count, 1>;
 
-  explicit BodyTorque(const Robot& robot) : columns_(robot, parameters(robot)), workspace_(columns_) {}
-  BodyTorque(const BodyTorque& other) : columns_(other.columns_), workspace_(columns_) {}
-  BodyTorque& operator=(const BodyTorque&) = delete;
+  explicit BodyTorque(const Robot& robot) : regressor_(robot, parameters(robot)) {}
 
   // tau += L(q, q̇, q̈) body
   void add(const Values& q, const Values& qd, const Values& qdd, const Body& body, Vec& tau) noexcept {
-    const auto n = static_cast<std::size_t>(q.size());
-    columns_.rows(State<Scalar>{{q.data(), n}, {qd.data(), n}, {qdd.data(), n}}, workspace_,
-                  [&](std::size_t joint, Index column, const Scalar& value) {
-                    tau[static_cast<Index>(joint)] +=
-                        value * body[columns_.of_joint(joint)[static_cast<std::size_t>(column)]];
-                  });
+    regressor_.rows(q.data(), qd.data(), qdd.data(),
+                    [&](std::size_t joint, Index column, const Scalar& value) {
+                      tau[static_cast<Index>(joint)] +=
+                          value * body[regressor_.columns.of_joint(joint)[static_cast<std::size_t>(column)]];
+                    });
   }
 
  private:
@@ -70,8 +67,7 @@ class BodyTorque {
     return out;
   }
 
-  RegressorColumns columns_;
-  RegressorWorkspace<Scalar> workspace_;
+  Regressor<Scalar> regressor_;
 };
 
 }  // namespace detail
@@ -107,11 +103,10 @@ class RobotState {
   /// @param tau  torques, joint side, or currents times drive gains, (n) [N·m | N]
   /// @return     what was wrong with it
   TickQuality update(double t, const Values& q, const Values& tau) noexcept {
-    const TickQuality out =
-        gate_.update(t, q, tau, [this](const Result& at, const Result& qd, const Result& torque, bool anew) {
-          take(at, qd, torque, anew);
-        });
-    return out;
+    return gate_.update(t, q, tau,
+                        [this](const Result& at, const Result& qd, const Result& torque, bool anew) {
+                          take(at, qd, torque, anew);
+                        });
   }
 
   [[nodiscard]] const OnlinePayload<Scalar>& payload() const noexcept { return payload_.payload(); }

@@ -6,9 +6,11 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "rivid/model/chain.hpp"
+#include "rivid/online/information_triangle.hpp"
 #include "rivid/online/saved_state.hpp"
 #include "rivid/types.hpp"
 
@@ -139,7 +141,8 @@ class RowNoise {
 // moments and mass, l what it makes of a row that the estimate has followed [Willsky & Jones 1976]. Sums since
 // a step, a = Σ l u, have the covariance B = Σ l lᵀ while nothing has changed, so aᵀ B⁻¹ a is χ² with four
 // degrees of freedom: the likelihood ratio of a change at that step. Several steps are tried, each about twice
-// as long ago as the next. On a real arm it is larger, by errors of the model that look like a load, and
+// as long ago as the next. That what is held is let go is the likeliest change, and known: δ = −λ̂. Its likelihood
+// ratio exceeds A at any time after its step with a probability of 1/A at most. On a real arm the test is larger, by errors of the model that look like a load, and
 // smaller where errors of neighbouring rows are alike; both are measured by its own mean of late, which a
 // change that is not found moves little.
 class LoadChange {
@@ -161,11 +164,12 @@ class LoadChange {
     // P(4 F > x) = (1 + x/ν)^(−ν/2) (1 + x/2 / (1 + x/ν)) of F with 4 and ν degrees of freedom, by fixed-point
     // iteration: variances are those of ν rows.
     constexpr double rows = RowNoise::memory;
-    double x = 40.0;
+    threshold_ = 40.0;
     for (int k = 0; k < 60; ++k) {
-      x = rows * std::expm1(2.0 / rows * (std::log1p(0.5 * x / (1.0 + x / rows)) - std::log(p)));
+      const double x = threshold_;
+      threshold_ = rows * std::expm1(2.0 / rows * (std::log1p(0.5 * x / (1.0 + x / rows)) - std::log(p)));
     }
-    threshold_ = x;
+    release_threshold_ = rows * std::expm1(2.0 / rows * std::log(steps / spacing));
     per_second_ = options.per_second;
     for (std::size_t k = 0; k < 4; ++k) {
       const double scale = k < 3 ? options.mass * options.length : options.mass;
@@ -189,7 +193,7 @@ class LoadChange {
       Sums& s = state_.sums[m];
       for (std::size_t i = 0; i < 4; ++i) {
         s.a[i] += l[m][i] * u;
-        for (std::size_t k = 0; k <= i; ++k) {
+        for (std::size_t k = 0; k < 4; ++k) {
           s.B[i][k] += l[m][i] * l[m][k];
         }
       }
@@ -204,50 +208,48 @@ class LoadChange {
     for (std::size_t m = 0; m < onsets; ++m) {
       Sums& s = state_.sums[m];
       s.age += 1.0;
-      const double test = quadratic(s.B, s.a);
+      const Vector4 likely = most_likely(s);
+      const double test = inner(likely, s.a);
       double& mean = state_.mean[std::min(static_cast<std::size_t>(std::ilogb(s.age)), octaves - 1)];
       const double usual = std::max(mean, least_usual * degrees);
-      s.test = test * degrees / (threshold_ * usual);
+      s.test = std::max(test / threshold_, release(s) / release_threshold_) * degrees / usual;
       mean += share * (std::min(test, most_usual * usual) - mean);
       if (s.test >= state_.suspicion) {
         state_.suspicion = s.test;
         state_.by = m;
+        state_.likely = likely;
       }
       if (s.age <= late_seconds * per_second_) {
         state_.late = std::max(state_.late, s.test);
       }
     }
-    if (!quiet()) {
-      state_.likely = most_likely();
-    }
   }
 
   // Which step is given up for a new one, once in a while: the oldest if it is too old, else that which leaves
   // the smallest gap.
-  [[nodiscard]] std::optional<std::size_t> restart() noexcept {
+  //
+  // release  change that lets go what is held now
+  [[nodiscard]] std::optional<std::size_t> restart(const Vector4& release = {}) noexcept {
     state_.since_restart += 1.0;
     if (state_.since_restart < spacing) {
       return std::nullopt;
     }
     state_.since_restart = 0.0;
-    std::array<std::size_t, onsets> by_age{};
+    std::array<std::pair<double, std::size_t>, onsets + 1> by_age{};  // first that at hand
     for (std::size_t m = 0; m < onsets; ++m) {
-      by_age[m] = m;
+      by_age[m + 1] = {state_.sums[m].age, m};
     }
-    std::ranges::sort(by_age, {}, [this](std::size_t m) { return state_.sums[m].age; });
-    std::size_t out = by_age[onsets - 1];
-    if (state_.sums[out].age < longest_seconds * per_second_) {
-      double smallest = std::numeric_limits<double>::infinity();
-      for (std::size_t i = 0; i + 1 < onsets; ++i) {
-        const double younger = i == 0 ? 0.0 : state_.sums[by_age[i - 1]].age;
-        const double gap = (state_.sums[by_age[i + 1]].age + spacing) / (younger + spacing);
-        if (gap < smallest && (quiet() || by_age[i] != state_.by)) {
-          smallest = gap;
-          out = by_age[i];
-        }
+    std::ranges::sort(by_age.begin() + 1, by_age.end());
+    auto [oldest, out] = by_age[onsets];
+    double smallest = oldest < longest_seconds * per_second_ ? std::numeric_limits<double>::infinity() : 0.0;
+    for (std::size_t i = 1; i < onsets; ++i) {
+      const double gap = (by_age[i + 1].first + spacing) / (by_age[i - 1].first + spacing);
+      if (gap < smallest && (quiet() || by_age[i].second != state_.by)) {
+        smallest = gap;
+        out = by_age[i].second;
       }
     }
-    state_.sums[out] = {};
+    state_.sums[out] = {.release = release};
     return out;
   }
 
@@ -298,7 +300,6 @@ class LoadChange {
   [[nodiscard]] auto state() noexcept { return std::tie(state_); }
 
  private:
-  using Triangle = std::array<Vector4, 4>;
   static constexpr double degrees = 4.0;
   // Time over which the mean of the test is taken, at the begin and later [s], and what counts in it at most,
   // over the mean.
@@ -313,7 +314,8 @@ class LoadChange {
   static constexpr double certain = 5.0;  // logarithm of a likelihood ratio
   struct Sums {
     Vector4 a{};
-    Triangle B{};
+    std::array<Vector4, 4> B{};
+    Vector4 release{};
     double age = 0.0;   // steps
     double test = 0.0;  // over its threshold
   };
@@ -333,54 +335,33 @@ class LoadChange {
     double highest = 0.0;  // so far
   };
 
-  [[nodiscard]] Triangle factor(const Triangle& A) const noexcept {
-    Triangle L{};
-    for (std::size_t j = 0; j < 4; ++j) {
-      for (std::size_t i = j; i < 4; ++i) {
-        double sum = A[i][j] + (i == j ? known_[i] : 0.0);
-        for (std::size_t k = 0; k < j; ++k) {
-          sum -= L[i][k] * L[j][k];
-        }
-        L[i][j] = i == j ? std::sqrt(std::max(sum, 1e-300)) : sum / L[j][j];
-      }
-    }
-    return L;
-  }
-  // L⁻¹ a
-  [[nodiscard]] static Vector4 whitened(const Triangle& L, const Vector4& a) noexcept {
-    Vector4 x = a;
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t k = 0; k < i; ++k) {
-        x[i] -= L[i][k] * x[k];
-      }
-      x[i] /= L[i][i];
-    }
-    return x;
-  }
   [[nodiscard]] static double inner(const Vector4& a, const Vector4& b) noexcept {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
   }
-  [[nodiscard]] double quadratic(const Triangle& B, const Vector4& a) const noexcept {
-    const Vector4 x = whitened(factor(B), a);
-    return inner(x, x);
-  }
-  // δ of L Lᵀ δ = a
-  [[nodiscard]] Vector4 most_likely() const noexcept {
-    const Sums& s = state_.sums[state_.by];
-    const Triangle L = factor(s.B);
-    Vector4 x = whitened(L, s.a);
-    for (std::size_t i = 4; i-- > 0;) {
-      for (std::size_t k = i + 1; k < 4; ++k) {
-        x[i] -= L[k][i] * x[k];
-      }
-      x[i] /= L[i][i];
+  // Twice the logarithm of the likelihood ratio of a release.
+  [[nodiscard]] static double release(const Sums& s) noexcept {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      sum += s.release[i] * (2.0 * s.a[i] - inner(s.B[i], s.release));
     }
-    return x;
+    return sum;
+  }
+  // δ of (B + known) δ = a
+  [[nodiscard]] Vector4 most_likely(const Sums& s) const noexcept {
+    Equations<4> A{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      std::ranges::copy(s.B[i], A[i].begin());
+      A[i][i] += known_[i];
+      A[i][4] = s.a[i];
+    }
+    const auto delta = solved<4>(A);
+    return {delta[0].value, delta[1].value, delta[2].value, delta[3].value};
   }
 
   double threshold_ = 0.0;
+  double release_threshold_ = 0.0;
   double per_second_ = 1.0;
-  std::array<double, 4> known_{};
+  Vector4 known_{};
   State state_;
 };
 
@@ -389,24 +370,12 @@ class LoadChange {
 template <typename Scalar>
 [[nodiscard]] Eigen::Matrix3<Scalar> nearest_inertia(const Eigen::Matrix3<Scalar>& I) noexcept {
   using M = Eigen::Matrix3<Scalar>;
-  M S = -I;
-  for (Index k = 0; k < 3; ++k) {
-    S(k, k) += Scalar(0.5) * (I(0, 0) + I(1, 1) + I(2, 2));
-  }
+  const M S = Scalar(0.5) * I.trace() * M::Identity() - I;
   const auto [moments, V] = jacobi_eigen(S);
   M out = M::Zero();
-  Scalar trace(0);
   for (Index k = 0; k < 3; ++k) {
-    const Scalar moment = std::max(moments[k], Scalar(0));
-    trace += moment;
-    for (Index i = 0; i < 3; ++i) {
-      for (Index j = 0; j < 3; ++j) {
-        out(i, j) -= moment * V(i, k) * V(j, k);
-      }
-    }
-  }
-  for (Index k = 0; k < 3; ++k) {
-    out(k, k) += trace;
+    const Eigen::Vector3<Scalar> axis = V.col(k);
+    out += std::max(moments[k], Scalar(0)) * (M::Identity() - axis * axis.transpose());
   }
   return out;
 }

@@ -63,6 +63,29 @@ struct RowStreamOptions {
   }
 };
 
+namespace detail {
+
+// A regressor with the memory that it takes, to be copied.
+template <typename Scalar>
+struct Regressor {
+  Regressor(const Robot& robot, std::span<const StandardParameter> parameters)
+      : columns(robot, parameters), workspace(columns) {}
+  Regressor(const Regressor& other) : columns(other.columns), workspace(columns) {}
+  Regressor& operator=(const Regressor&) = delete;
+
+  // Calls take(joint, column, value) for the entries at q, q̇, q̈, one behind the other.
+  template <typename Take>
+  void rows(const Scalar* q, const Scalar* qd, const Scalar* qdd, const Take& take) noexcept {
+    const std::size_t n = columns.joints();
+    columns.rows(State<Scalar>{{q, n}, {qd, n}, {qdd, n}}, workspace, take);
+  }
+
+  RegressorColumns columns;
+  RegressorWorkspace<Scalar> workspace;
+};
+
+}  // namespace detail
+
 /// Rows of Eq. (13) of [RIV], tick by tick: the exact rows of docs/rows.md in a control loop.
 ///
 /// Positions and torques alone are asked for. Velocities and accelerations are differences of positions, the
@@ -93,37 +116,9 @@ class RowStream {
   /// @throws InputError  where options can not be used
   RowStream(const Robot& robot, std::span<const StandardParameter> columns, const RowStreamOptions& options);
 
-  RowStream(const RowStream& other)
-      : options_(other.options_),
-        n_(other.n_),
-        stride_(other.stride_),
-        span_(other.span_),
-        length_(other.length_),
-        motors_(other.motors_),
-        signs_(other.signs_),
-        columns_(other.columns_),
-        workspace_(columns_),
-        offsets_(other.offsets_),
-        window_(other.window_),
-        thresholds_(other.thresholds_),
-        q_(other.q_),
-        tau_(other.tau_),
-        runs_(other.runs_),
-        positions_(other.positions_),
-        sums_(other.sums_),
-        values_(other.values_),
-        state_(other.state_),
-        finished_(other.finished_),
-        ticks_(other.ticks_),
-        rest_settling_(other.rest_settling_),
-        rest_averaged_(other.rest_averaged_),
-        rest_(other.rest_),
-        rest_sums_(other.rest_sums_) {}
-  RowStream& operator=(const RowStream&) = delete;
-
   [[nodiscard]] Index size() const noexcept { return n_; }
   [[nodiscard]] Index stride() const noexcept { return stride_; }
-  [[nodiscard]] const RegressorColumns& columns() const noexcept { return columns_; }
+  [[nodiscard]] const RegressorColumns& columns() const noexcept { return regressor_.columns; }
 
   /// Takes a tick. What is not finite, or beyond 1e6 rad or m, or 1e9 N·m or N, is no tick: all windows begin
   /// anew.
@@ -250,8 +245,7 @@ class RowStream {
   Index length_;  // of the rings, in ticks
   std::vector<Motor> motors_;
   std::vector<SignColumn> signs_;
-  RegressorColumns columns_;
-  RegressorWorkspace<Scalar> workspace_;
+  detail::Regressor<Scalar> regressor_;
   std::vector<Index> offsets_;  // of the joints' values, y and velocity behind them; (n + 1)
   std::vector<Scalar> window_;  // h, (2 stride − 1)
   Vector thresholds_;
@@ -276,8 +270,7 @@ RowStream<Scalar>::RowStream(const Robot& robot, std::span<const StandardParamet
       stride_(options.ticks_of_stride()),
       span_(options.ticks_of_span()),
       length_(2 * (options.ticks_of_span() + reach) + 1),
-      columns_(robot, columns),
-      workspace_(columns_),
+      regressor_(robot, columns),
       thresholds_(thresholds_of(options, robot.size())),
       rest_settling_(std::max<Index>(std::lround(settling_seconds * options.f_m), 1)),
       rest_averaged_(std::max<Index>(std::lround(averaged_seconds * options.f_m), 1)) {
@@ -288,8 +281,8 @@ RowStream<Scalar>::RowStream(const Robot& robot, std::span<const StandardParamet
     }
   }
   offsets_.push_back(0);
-  for (std::size_t j = 0; j < columns_.joints(); ++j) {
-    const std::vector<Index>& own = columns_.of_joint(j);
+  for (std::size_t j = 0; j < regressor_.columns.joints(); ++j) {
+    const std::vector<Index>& own = regressor_.columns.of_joint(j);
     for (std::size_t c = 0; span_ > 1 && robot.joints[j].sign_speed == 0.0 && c < own.size(); ++c) {
       const KindRow& row = about(columns[static_cast<std::size_t>(own[c])].kind);
       if ((row.basis == Basis::sign || row.basis == Basis::load) && !row.coupled) {
@@ -432,11 +425,10 @@ bool RowStream<Scalar>::usable(Index j) const noexcept {
 template <typename Scalar>
 void RowStream<Scalar>::fill_columns() noexcept {
   const auto n = static_cast<std::size_t>(n_);
-  const std::span<const Scalar> all(state_);
-  columns_.rows(State<Scalar>{all.first(n), all.subspan(n, n), all.subspan(2 * n, n)}, workspace_,
-                [&](std::size_t joint, Index column, const Scalar& value) {
-                  values_[static_cast<std::size_t>(offsets_[joint] + column)] = value;
-                });
+  regressor_.rows(&state_[0], &state_[n], &state_[2 * n],
+                  [&](std::size_t joint, Index column, const Scalar& value) {
+                    values_[static_cast<std::size_t>(offsets_[joint] + column)] = value;
+                  });
 }
 
 // The row of the sample span + 2 ticks ago, see average_torque() and averaged_motion() of the identification.
