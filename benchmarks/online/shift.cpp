@@ -39,6 +39,7 @@ struct Settings {
   double change = -1.0;  // friction_change
   double lf = 0.02;
   double push = 20.0;  // seconds from one push to the next; 0: none
+  double fixed = 1.1;  // thresholds of the other observer, over the largest residual while it learned
   bool holds = false;  // at rest friction takes what it can of a push
   double speed = 0.3;  // of moves between static poses; 0: none is seen [rad/s]
 };
@@ -378,7 +379,7 @@ void contacts(const Settings& s) {
       }
       continue;
     }
-    const bool fixed_on = (fixed.residual().cwiseAbs().array() > 1.1 * limit.array()).any();
+    const bool fixed_on = (fixed.residual().cwiseAbs().array() > s.fixed * limit.array()).any();
     fixed_until = fixed_on ? t + 0.1 : fixed_until;
     const bool fixed_now = t < fixed_until;
     const bool after = t < last_event + 1.0;
@@ -622,7 +623,7 @@ std::map<std::string, std::variant<int*, double*, bool*, std::uint64_t*>> words_
           {"stiction", &s.stiction}, {"still", &s.still},   {"hours", &s.hours}, {"modelled", &s.model_load},
           {"state", &s.state},       {"say", &s.say},       {"learn", &s.learn}, {"drift", &s.drift},
           {"change", &s.change},     {"push", &s.push},     {"lf", &s.lf},       {"seed", &s.seed},
-          {"holds", &s.holds},       {"speed", &s.speed}};
+          {"holds", &s.holds},       {"speed", &s.speed},   {"fixed", &s.fixed}};
 }
 
 }  // namespace
