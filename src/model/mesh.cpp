@@ -56,7 +56,7 @@ class Words {
   }
 
   // The whole number that a word begins with, as of a corner "3/1/2" of an OBJ.
-  long index(std::string_view word) const {
+  [[nodiscard]] long index(std::string_view word) const {
     long out = 0;
     if (std::from_chars(word.data(), word.data() + word.size(), out).ec != std::errc()) {
       throw InputError(where_ + ": " + in_quotes(word) + " at byte " + std::to_string(at_) +

@@ -285,16 +285,17 @@ TEST(PlantedFaults, OfTheDemoThatTheLogsShowAreSeen) {
   EXPECT_LE(silent, most * detectable) << told;
 }
 
-// What a body on the second link adds to the torques at the instants that have it.
-void add_load(const Demo& demo, Log& log, const std::function<bool(double)>& has_it) {
+// What a body of this mass, `reach` from the second joint, adds to the torques at the instants that have it.
+void add_load(const Demo& demo, Log& log, double mass, double reach,
+              const std::function<bool(double)>& has_it) {
   const rivid::BaseParameters& base = demo.study.base;
   Vector body = Vector::Zero(std::ssize(base.standard));
   for (std::size_t k = 0; k < base.standard.size(); ++k) {
     const rivid::StandardParameter& p = base.standard[k];
     if (p.joint == 1) {
-      body[static_cast<Index>(k)] = p.kind == rivid::ParameterKind::M    ? 0.5
-                                    : p.kind == rivid::ParameterKind::MX ? 0.15
-                                    : p.kind == rivid::ParameterKind::ZZ ? 0.05
+      body[static_cast<Index>(k)] = p.kind == rivid::ParameterKind::M    ? mass
+                                    : p.kind == rivid::ParameterKind::MX ? mass * reach
+                                    : p.kind == rivid::ParameterKind::ZZ ? mass * reach * reach
                                                                          : 0.0;
     }
   }
@@ -313,14 +314,18 @@ void add_load(const Demo& demo, Log& log, const std::function<bool(double)>& has
 TEST(Judgement, SeesALoadThatComesOnceOrComesAndGoes) {
   const Demo demo;
   const double duration = demo.fit.t[demo.fit.samples() - 1] - demo.fit.t[0];
-  const auto with = [&](const std::function<bool(double)>& has_it) {
+  const auto with = [&](double mass, double reach, const std::function<bool(double)>& has_it) {
     Log log = made(demo, demo.fit.q_r, demo.study.truth, 0.01);
-    add_load(demo, log, has_it);
+    add_load(demo, log, mass, reach, has_it);
     return judged(demo.robot, log, {});
   };
-  EXPECT_EQ(with([](double) { return true; }).status, Status::identified);
-  EXPECT_TRUE(has(with([&](double t) { return t > 0.5 * duration; }), "load_changed", ""));
-  const Identification result = with([&](double t) { return std::fmod(5.0 * t / duration, 2.0) >= 1.0; });
+  const auto second_half = [&](double t) { return t > 0.5 * duration; };
+  EXPECT_EQ(with(0.5, 0.3, [](double) { return true; }).status, Status::identified);
+  EXPECT_TRUE(has(with(0.5, 0.3, second_half), "load_changed", ""));
+  // Near the axis most is by its mass, in torques of the joint before.
+  EXPECT_TRUE(has(with(3.0, 0.05, second_half), "load_changed", ""));
+  const Identification result =
+      with(0.5, 0.3, [&](double t) { return std::fmod(5.0 * t / duration, 2.0) >= 1.0; });
   EXPECT_TRUE(has(result, "load_changed", ""));
   EXPECT_EQ(result.status, Status::doubtful);
 }
