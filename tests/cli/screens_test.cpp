@@ -93,7 +93,7 @@ TEST_F(Screens, OfWhatIsRefused) {
   expect_screen("missing_log", {"identify", "scara.toml", "--log", "scara_s3.csv"});
   std::filesystem::remove(folder().path() / "scara.toml");
   expect_screen("init", {"init", "scara.urdf", "scara_s2.csv", "scara_validation.csv"});
-  keep_lines("scara_s2.csv", 60);
+  keep_lines("scara_s2.csv", 140);
   expect_screen("identify_refused", {"identify", "scara.toml"});
 }
 

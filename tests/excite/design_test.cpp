@@ -431,6 +431,8 @@ TEST(Design, KnowsEarlierLogs) {
   options.evaluations = 300;
   const Excitation first = design(arm(), options);
   options.known = first.forecast.information;
+  // One start may end in a poorer optimum than the first motion, which one, rounding decides.
+  options.starts = 3;
   options.seed = 2;
   const Excitation second = design(arm(), options);
   // The first motion once more would add b log 2.

@@ -63,7 +63,7 @@ void find_noise(const Identification& result, Findings& out) {
   constexpr double notable = 1.0;
   std::vector<const ParameterEstimate*> biased;
   for (const ParameterEstimate& parameter : result.parameters) {
-    if (std::abs(parameter.noise_bias) > notable) {
+    if (parameter.verdict != Verdict::not_excited && std::abs(parameter.noise_bias) > notable) {
       biased.push_back(&parameter);
     }
   }

@@ -86,6 +86,7 @@ Vector IvSolver::start() const {
 
 bool IvSolver::iterate(Vector chi) {
   int dampings = 0;
+  double part = 1.0;  // of a step that is taken
   for (int k = 0;; ++k) {
     std::string remark;
     const Vector wanted = chi;
@@ -115,7 +116,7 @@ bool IvSolver::iterate(Vector chi) {
       history_.back().largest_step = step_in_sigmas(chi - before.chi);
       keep(chi);
       // An iterate that was moved has not come to rest by itself.
-      if (chi == wanted && settled(before)) {
+      if (chi == wanted && settled(before, part)) {
         return true;
       }
     }
@@ -127,8 +128,11 @@ bool IvSolver::iterate(Vector chi) {
       return false;
     }
     Vector next = compares_ == Iv::Compares::torques ? newton_step(chi) : solution_.chi;
+    if (part < 1.0) {
+      next = chi + part * (next - chi);
+    }
     if (cycles(next)) {
-      if (step_in_sigmas(next - chi) <= method_.parameter_tolerance) {
+      if (step_in_sigmas(next - chi) <= part * method_.parameter_tolerance) {
         return true;  // there and back again, far within the deviations: signs that flip
       }
       if (++dampings > most_dampings) {
@@ -138,9 +142,11 @@ bool IvSolver::iterate(Vector chi) {
                                " standard deviations apart, and damping does not help");
         return false;
       }
+      // Whole steps from there would lead it back to where it went to and fro.
+      part *= 0.5;
       next = 0.5 * (next + chi);
       history_.back().safeguard += history_.back().safeguard.empty() ? "" : "; ";
-      history_.back().safeguard += "the next step was halved, for the iteration went back and forth";
+      history_.back().safeguard += "steps are halved from here on, for the iteration went back and forth";
     }
     reweight(next);
     chi = std::move(next);
@@ -324,14 +330,14 @@ IvIteration IvSolver::told(const Vector& chi, const SimulatedLoops& loops,
   return out;
 }
 
-// Whether the last iterate is where the one before it was.
-bool IvSolver::settled(const IvIteration& before) const {
+// Whether the last iterate, to which a part of a step led, is where the one before it was.
+bool IvSolver::settled(const IvIteration& before, double part) const {
   const IvIteration& now = history_.back();
   const double change = std::abs(now.error_norm - before.error_norm);
   // Signs that flip keep ‖ε‖ from settling at all; steps far below the deviations are the end all the same.
   return (change <= method_.tolerance * before.error_norm &&
-          now.largest_step <= method_.parameter_tolerance) ||
-         now.largest_step <= still * method_.parameter_tolerance;
+          now.largest_step <= part * method_.parameter_tolerance) ||
+         now.largest_step <= part * still * method_.parameter_tolerance;
 }
 
 // Whether the step from χ̂_k to `next` takes back the step before.

@@ -76,7 +76,7 @@ class IvSolver {
   std::vector<InstrumentalGroup> solve_or_halve(SimulatedLoops& loops, Vector& chi, std::string& remark);
   [[nodiscard]] IvIteration told(const Vector& chi, const SimulatedLoops& loops,
                                  std::span<const InstrumentalGroup> groups) const;
-  [[nodiscard]] bool settled(const IvIteration& before) const;
+  [[nodiscard]] bool settled(const IvIteration& before, double part) const;
   [[nodiscard]] bool cycles(const Vector& next) const;
   void reweight(const Vector& chi);
   void keep(const Vector& chi);
