@@ -256,6 +256,10 @@ struct Chart {
 // Columns as curves, each in a colour of its own.
 [[nodiscard]] std::vector<Series> curves(const Vector& t, const std::vector<std::string>& names,
                                          const Matrix& columns);
+// A chart over time; `label` is what it is to a reader who does not see it.
+[[nodiscard]] Chart time_chart(const std::string& id, const std::string& title, const std::string& label,
+                               const std::string& y_label, std::vector<Series> series,
+                               Chart::Size size = Chart::Size::wide);
 
 // A symmetric matrix of values between −1 and 1, as colours.
 struct HeatMap {

@@ -44,9 +44,7 @@ std::vector<std::string> controller_lines(const PayloadNow& p) {
 // A chart over the time of the log, with the events as lines.
 Chart replay_chart(const OnlineReplay& replay, const std::string& id, const std::string& title,
                    const std::string& y_label, std::vector<Series> series) {
-  Chart out{.id = id, .title = title, .label = title + " over time", .x_label = "t [s]", .y_label = y_label};
-  out.series = std::move(series);
-  out.size = Chart::Size::wide;
+  Chart out = time_chart(id, title, title + " over time", y_label, std::move(series));
   out.y_shown = {0.0};
   for (const OnlineReplay::Event& event : replay.events) {
     out.rules.push_back({true, event.t, "event"});
