@@ -34,8 +34,6 @@ constexpr double body_tolerance = 1e-9;
 // A frame turned for an oblique axis is turned by more than the reader's 1e-9 rad.
 constexpr double same_axes = 1e-10;
 
-Eigen::Matrix3d tensor(const Inertial& inertial) { return detail::symmetric_tensor(inertial.data()); }
-
 // A body as a URDF describes it.
 struct Body {
   double mass = 0.0;
@@ -43,15 +41,11 @@ struct Body {
   Eigen::Matrix3d I_com = Eigen::Matrix3d::Zero();  // in the axes of the link
 
   static Body of(const Inertial& inertial) {
-    Body out;
-    out.mass = inertial[9];
+    Body out{.mass = inertial[9], .I_com = detail::symmetric_tensor(inertial.data())};
     if (out.mass != 0.0) {
       const Eigen::Vector3d c = inertial.segment<3>(6) / out.mass;
       out.com = c;
-      out.I_com =
-          tensor(inertial) - out.mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
-    } else {
-      out.I_com = tensor(inertial);
+      out.I_com -= out.mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
     }
     return out;
   }
@@ -60,15 +54,6 @@ struct Body {
     return 0.5 * I_com.trace() * Eigen::Matrix3d::Identity() - I_com;
   }
 };
-
-// ∫ (r 1)(r 1)ᵀ dm, positive definite for any body that is not flat.
-Eigen::Matrix4d pseudo_inertia(const Inertial& inertial) {
-  const Eigen::Matrix3d I = tensor(inertial);
-  Eigen::Matrix4d J;
-  J << 0.5 * I.trace() * Eigen::Matrix3d::Identity() - I, inertial.segment<3>(6),
-      inertial.segment<3>(6).transpose(), inertial[9];
-  return J;
-}
 
 bool close(const Inertial& a, const Inertial& b) {
   const auto within = [&](Index from, Index count) {
@@ -248,8 +233,7 @@ class Writer {
 
   // The largest s for which whole − s part is a body; zero where whole is flat.
   static double largest_share(const Inertial& part, const Inertial& whole) {
-    const Eigen::Matrix4d J = pseudo_inertia(whole);
-    const Eigen::LLT<Eigen::Matrix4d> factor(J);
+    const Eigen::LLT<Eigen::Matrix4d> factor(pseudo_inertia(whole));
     if (factor.info() != Eigen::Success) {
       return 0.0;
     }
