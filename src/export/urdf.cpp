@@ -116,7 +116,7 @@ class Writer {
       const UrdfTopology::Joint& joint = tree_.joint(place);
       const Turns& before = of_links[static_cast<std::size_t>(joint.parent)];
       Turns& here = of_links[static_cast<std::size_t>(joint.child)];
-      const Eigen::Matrix3d passed = before.passed * pose_of(joint.node).linear();
+      const Eigen::Matrix3d passed = before.passed * document_.pose(joint.node).rotation();
       if (!joint.moves()) {
         here = {before.previous, before.axes, passed};
         continue;
@@ -143,14 +143,6 @@ class Writer {
     int link;
     Eigen::Isometry3d pose;  // in the frame of the moving link
   };
-
-  [[nodiscard]] Eigen::Isometry3d pose_of(pugi::xml_node node) const {
-    const detail::UrdfPose pose = document_.pose(node);
-    Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
-    out.linear() = pose.rotation();
-    out.translation() = pose.xyz;
-    return out;
-  }
 
   [[nodiscard]] StartTag tag(pugi::xml_node node) const {
     const std::ptrdiff_t at = node.offset_debug();
@@ -180,7 +172,7 @@ class Writer {
       for (const int place : tree_.link(out[i].link).children) {
         const UrdfTopology::Joint& joint = tree_.joint(place);
         if (!joint.moves() || std::ranges::find(path_.joints, place) == path_.joints.end()) {
-          out.push_back({joint.child, out[i].pose * pose_of(joint.node)});
+          out.push_back({joint.child, out[i].pose * document_.pose(joint.node).isometry()});
         }
       }
     }
@@ -257,7 +249,7 @@ class Writer {
       return;
     }
     const pugi::xml_node origin = node.child("origin");
-    const Eigen::Matrix3d R = pose_of(node).linear();
+    const Eigen::Matrix3d R = document_.pose(node).rotation();
     const std::array<double, 6> I = entries(R.isIdentity(0.0) ? body.I_com : R.transpose() * body.I_com * R);
     const double size = body.I_com.cwiseAbs().maxCoeff();
     set_numbers(node.child("mass"), "value", {&body.mass, 1}, std::abs(body.mass));
