@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "joined.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/export/c_header.hpp"
@@ -42,11 +43,8 @@ constexpr std::string_view array_format = "npz";  // of samples
 
 // "mjcf|sdf|…|header|npz".
 std::string formats() {
-  std::string out;
-  for (const std::string_view format : names_of<ModelFormat>) {
-    out.append(format).append("|");
-  }
-  return out.append(c_header_format).append("|").append(array_format);
+  return detail::joined(names_of<ModelFormat>, "|") + "|" + std::string(c_header_format) + "|" +
+         std::string(array_format);
 }
 
 // The URDF that the robot was read from.
