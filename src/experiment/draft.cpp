@@ -11,7 +11,6 @@
 #include "data/log_columns.hpp"
 #include "experiment/recognised_columns.hpp"
 #include "experiment/sections.hpp"
-#include "experiment/target_gains.hpp"
 #include "experiment/text_file.hpp"
 #include "joined.hpp"
 #include "rivid/data/log.hpp"

@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 
-#include "excite/checked_clearances.hpp"
+#include "excite/clearance.hpp"
 #include "identify/figures/joint_rows.hpp"
-#include "report/skeleton.hpp"
+#include "report/documents.hpp"
 #include "rivid/excite/limits.hpp"
 #include "rivid/text.hpp"
 

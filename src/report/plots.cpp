@@ -4,7 +4,6 @@
 
 #include "experiment/json_fields.hpp"
 #include "report/document.hpp"
-#include "report/lists.hpp"
 #include "report/markup.hpp"
 #include "rivid/text.hpp"
 

@@ -3,7 +3,6 @@
 
 #include "joined.hpp"
 #include "report/identification/sections.hpp"
-#include "report/lists.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {

@@ -1,6 +1,5 @@
 #include "joined.hpp"
 #include "report/identification/sections.hpp"
-#include "report/skeleton.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
