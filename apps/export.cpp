@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "joined.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/export/c_header.hpp"
@@ -37,24 +38,13 @@ struct ExportArguments : Given {
   bool force = false;
 };
 
-// What is to be written, before it is.
-struct Export {
-  std::vector<Path> paths;
-  std::vector<std::string> texts;
-  std::vector<Finding> faults;  // why nothing is written without --force
-  std::vector<Finding> warnings;
-};
-
 constexpr std::string_view c_header_format = "header";
 constexpr std::string_view array_format = "npz";  // of samples
 
 // "mjcf|sdf|…|header|npz".
 std::string formats() {
-  std::string out;
-  for (const std::string_view format : names_of<ModelFormat>) {
-    out.append(format).append("|");
-  }
-  return out.append(c_header_format).append("|").append(array_format);
+  return detail::joined(names_of<ModelFormat>, "|") + "|" + std::string(c_header_format) + "|" +
+         std::string(array_format);
 }
 
 // The URDF that the robot was read from.
@@ -95,28 +85,15 @@ Path usual_file(const IdentifiedRobot& identified, const Path& result, std::stri
   return result.parent_path() / (name + "_identified" + std::string(ending));
 }
 
-Export header_of(const IdentifiedRobot& identified, const Path& file) {
+ExportedModel header_of(const IdentifiedRobot& identified, const Path& file) {
   const DynamicModel model(identified.robot, identified.chi_st);
-  Export out{.paths = {file},
-             .texts = {c_header(model, c_identifier(file.stem().string()), origin_of(identified))},
-             .faults = {},
-             .warnings = {}};
+  ExportedModel out{
+      .files = {{file, c_header(model, c_identifier(file.stem().string()), origin_of(identified))}},
+      .faults = {},
+      .warnings = {}};
   if (!model.clamped().empty()) {
     out.warnings.push_back(Finding{
         "driving_friction", {}, listed(model.clamped()) + " would drive and not brake; taken as zero"});
-  }
-  return out;
-}
-
-Export model_of(const IdentifiedRobot& identified, const ExportArguments& arguments, ModelFormat format,
-                const Path& urdf, const Path& file) {
-  ExportedModel model =
-      exported_model(format, urdf, identified.robot, identified.chi_st,
-                     {.force = arguments.force, .file = file, .origin = origin_of(identified)});
-  Export out{.paths = {}, .texts = {}, .faults = model.faults, .warnings = model.warnings};
-  for (ExportedModel::File& each : model.files) {
-    out.paths.push_back(each.path);
-    out.texts.push_back(std::move(each.text));
   }
   return out;
 }
@@ -129,14 +106,13 @@ Path ranges_file(const Path& file) { return beside(file, "_ranges.json"); }
 Path manifest_file(const Path& file) { return beside(file, "_samples.json"); }
 
 // Robots drawn from the distribution of a result, in a format, or all of them as arrays.
-Export samples_of(const IdentifiedRobot& identified, const ExportArguments& arguments,
-                  const std::optional<ModelFormat>& format, const Path& urdf, const Path& file,
-                  const Path& result) {
+ExportedModel samples_of(const IdentifiedRobot& identified, const ExportArguments& arguments,
+                         const std::optional<ModelFormat>& format, const Path& urdf, const Path& file,
+                         const Path& result) {
   const auto [robot, found] = result_of(read_input(result).bytes(), result.string());
   const PosteriorOptions options{.count = *arguments.samples, .seed = arguments.seed};
   const PosteriorSamples samples = posterior_samples(robot, found, options);
-  Export out;
-  std::vector<ExportedModel::File> made;
+  ExportedModel out;
   for (int k = 0; format && k < options.count; ++k) {
     ExportedModel model = exported_model(*format, urdf, robot, samples.chi_st.row(k).transpose(),
                                          {.force = arguments.force,
@@ -148,12 +124,13 @@ Export samples_of(const IdentifiedRobot& identified, const ExportArguments& argu
     }
     std::ranges::move(model.faults, std::back_inserter(out.faults));
     if (model.files.empty()) {
+      out.files.clear();
       return out;
     }
-    std::ranges::move(model.files, std::back_inserter(made));
+    std::ranges::move(model.files, std::back_inserter(out.files));
   }
   if (!format) {
-    made.push_back({file, to_npz(found.base, samples)});
+    out.files.push_back({file, to_npz(found.base, samples)});
   }
   if (!samples.held.empty()) {
     out.warnings.push_back(Finding{"not_drawn",
@@ -161,12 +138,9 @@ Export samples_of(const IdentifiedRobot& identified, const ExportArguments& argu
                                    "the result leaves " + listed(samples.held) +
                                        " undetermined: all samples have the physically consistent value"});
   }
-  made.push_back({ranges_file(file), randomisation_ranges(robot, identified.chi_st, samples)});
-  made.push_back({manifest_file(file), sample_manifest(input_file(result), options, samples, made)});
-  for (ExportedModel::File& each : made) {
-    out.paths.push_back(each.path);
-    out.texts.push_back(std::move(each.text));
-  }
+  out.files.push_back({ranges_file(file), randomisation_ranges(robot, identified.chi_st, samples)});
+  out.files.push_back(
+      {manifest_file(file), sample_manifest(input_file(result), options, samples, out.files)});
   return out;
 }
 
@@ -194,10 +168,10 @@ int refused(const Path& file, const std::vector<Finding>& faults) {
   return no_success;
 }
 
-int write(const ExportArguments& arguments, const Export& made, const std::vector<PlannedFile>& files,
+int write(const ExportArguments& arguments, const ExportedModel& made, const std::vector<PlannedFile>& files,
           Outputs& outputs) {
-  for (std::size_t i = 0; i < made.paths.size(); ++i) {
-    outputs.put(made.paths[i], made.texts[i]);
+  for (const auto& [path, text] : made.files) {
+    outputs.put(path, text);
   }
   outputs.commit();
   if (!arguments.quiet) {
@@ -243,14 +217,16 @@ int export_from(const ExportArguments& arguments) {
     return refused(
         file, {Finding{identified.status, {}, "the result is " + identified.status + ", not identified"}});
   }
-  const Export made = arguments.samples ? samples_of(identified, arguments, format, urdf, file, result)
-                      : header          ? header_of(identified, file)
-                                        : model_of(identified, arguments, *format, urdf, file);
-  if (made.paths.empty()) {
+  const ModelExportOptions options{.force = arguments.force, .file = file, .origin = origin_of(identified)};
+  const ExportedModel made =
+      arguments.samples ? samples_of(identified, arguments, format, urdf, file, result)
+      : header          ? header_of(identified, file)
+                        : exported_model(*format, urdf, identified.robot, identified.chi_st, options);
+  if (made.files.empty()) {
     return refused(file, made.faults);
   }
   if (arguments.diff) {
-    print(unified_diff(urdf_text(urdf), made.texts.front(), urdf.string(), file.string()));
+    print(unified_diff(urdf_text(urdf), made.files.front().text, urdf.string(), file.string()));
   }
   if (arguments.dry_run) {
     print(would_write(files));

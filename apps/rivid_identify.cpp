@@ -5,6 +5,7 @@
 #include <optional>
 #include <sstream>
 
+#include "joined.hpp"
 #include "programs.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/experiment.hpp"
@@ -82,12 +83,8 @@ Command command_of(IdentifyArguments& to) {
 // Flags override the experiment file; what they changed is kept for the provenance.
 Overrides apply(const IdentifyArguments& arguments, Experiment& experiment) {
   Overrides overrides;
-  const auto joined = [](const std::vector<std::filesystem::path>& files) {
-    std::string out;
-    for (const std::filesystem::path& file : files) {
-      out += (out.empty() ? "" : " ") + file.string();
-    }
-    return out;
+  const auto in_a_row = [](const std::vector<std::filesystem::path>& files) {
+    return detail::joined(files, " ", [](const std::filesystem::path& file) { return file.string(); });
   };
   if (!arguments.method.empty()) {
     experiment.take_method(arguments.method);
@@ -112,12 +109,12 @@ Overrides apply(const IdentifyArguments& arguments, Experiment& experiment) {
   }
   if (!arguments.logs.empty()) {
     experiment.log.files = arguments.logs;
-    overrides.emplace_back("log", joined(arguments.logs));
+    overrides.emplace_back("log", in_a_row(arguments.logs));
     experiment.origins["log.files"] = "--log";
   }
   if (!arguments.validate.empty()) {
     experiment.validation.files = arguments.validate;
-    overrides.emplace_back("validate", joined(arguments.validate));
+    overrides.emplace_back("validate", in_a_row(arguments.validate));
     experiment.origins["validation.files"] = "--validate";
   }
   return overrides;

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "joined.hpp"
 #include "paper_study/study.hpp"
 #include "rivid/text.hpp"
 
@@ -121,10 +122,8 @@ std::vector<std::string> essential_row(const std::string& method, const Runs& al
       ++eliminated[parameter.name];
     }
   }
-  std::string list;
-  for (const auto& [name, times] : eliminated) {
-    list += (list.empty() ? "" : ", ") + name + " in " + std::to_string(times);
-  }
+  const std::string list = detail::joined(
+      eliminated, ", ", [](const auto& of) { return of.first + " in " + std::to_string(of.second); });
   return {method, list.empty() ? "none" : list,
           percent(mean(runs, [](const Identification& run) { return run.fit.relative_error; })),
           percent(mean(runs, [](const Identification& run) { return run.essential->fit.relative_error; }))};

@@ -1,5 +1,3 @@
-#include "excite/checked_clearances.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>

@@ -10,12 +10,9 @@
 #include <thread>
 
 #include "dense.hpp"
-#include "excite/checked_clearances.hpp"
-#include "excite/lead.hpp"
-#include "excite/mma.hpp"
+#include "excite/design_parts.hpp"
 #include "excite/prior.hpp"
 #include "excite/problem.hpp"
-#include "excite/target.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 
-#include "excite/checked_clearances.hpp"
 #include "excite/problem.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"

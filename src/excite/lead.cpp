@@ -1,12 +1,10 @@
-#include "excite/lead.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 #include <vector>
 
-#include "excite/checked_clearances.hpp"
+#include "excite/design_parts.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 

@@ -1,10 +1,9 @@
-#include "excite/mma.hpp"
-
 #include <nlopt.h>
 
 #include <exception>
 #include <memory>
 
+#include "excite/design_parts.hpp"
 #include "rivid/error.hpp"
 
 namespace rivid::detail {

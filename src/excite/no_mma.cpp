@@ -1,4 +1,4 @@
-#include "excite/mma.hpp"
+#include "excite/design_parts.hpp"
 #include "rivid/error.hpp"
 
 // In place of mma.cpp where rivid is built without NLopt.

@@ -1,11 +1,10 @@
-#include "excite/target.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "excite/design_parts.hpp"
 #include "excite/information.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"

@@ -8,6 +8,7 @@
 
 #include "data/log_columns.hpp"
 #include "experiment/toml_reader.hpp"
+#include "joined.hpp"
 
 namespace rivid::detail {
 
@@ -21,13 +22,7 @@ std::string bare_or_quoted(const std::string& key) {
   return bare && !key.empty() ? key : "\"" + key + "\"";
 }
 
-std::string dotted(const Path& path) {
-  std::string out;
-  for (const std::string& key : path) {
-    out += (out.empty() ? "" : ".") + bare_or_quoted(key);
-  }
-  return out;
-}
+std::string dotted(const Path& path) { return joined(path, ".", bare_or_quoted); }
 
 class TomlText {
  public:
@@ -147,10 +142,7 @@ std::string value_text(const Change& change) {
   if (change.numbers.empty()) {
     return change.word == "true" || change.word == "false" ? change.word : "\"" + change.word + "\"";
   }
-  std::string out;
-  for (const double value : change.numbers) {
-    out += (out.empty() ? "" : ", ") + number(value);
-  }
+  const std::string out = joined(change.numbers, ", ", [](double value) { return number(value); });
   return change.numbers.size() == 1 ? out : "[" + out + "]";
 }
 
@@ -187,14 +179,12 @@ void set_columns(TomlText& text, const Experiment& experiment, const LogColumns&
   const toml::node* const node = text.find(key);
   const toml::array* const list = node == nullptr ? nullptr : node->as_array();
   const std::vector<Column>& listed = experiment.log.columns.*quantity.listed;
-  std::string out;
-  for (const ColumnChange& change : changes) {
+  const auto changed = [&](const ColumnChange& change) {
     const std::string usual = std::string(quantity.prefix) + std::to_string(change.from + 1);
     const toml::node* const item = list == nullptr ? node : list->get(change.from);
-    out += (out.empty() ? "" : ", ") +
-           column_text(text, item, usual, listed.empty() ? Column{usual} : listed.at(change.from), change);
-  }
-  text.set({"log"}, key.back(), "[" + out + "]");
+    return column_text(text, item, usual, listed.empty() ? Column{usual} : listed.at(change.from), change);
+  };
+  text.set({"log"}, key.back(), "[" + joined(changes, ", ", changed) + "]");
 }
 
 // Columns by joint. What was measured of positions goes with them; whoever lists torques lists all.

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "experiment/from_program.hpp"
-#include "experiment/target_gains.hpp"
+#include "experiment/recognised_columns.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/text.hpp"

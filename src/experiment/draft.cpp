@@ -11,8 +11,8 @@
 #include "data/log_columns.hpp"
 #include "experiment/recognised_columns.hpp"
 #include "experiment/sections.hpp"
-#include "experiment/target_gains.hpp"
 #include "experiment/text_file.hpp"
+#include "joined.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/data/table.hpp"
 #include "rivid/data/time_stamps.hpp"
@@ -25,6 +25,7 @@ namespace rivid {
 namespace {
 
 using detail::from_folder;
+using detail::joined;
 using detail::RecognisedColumns;
 using Path = std::filesystem::path;
 
@@ -43,11 +44,7 @@ std::string toml_string(std::string_view text) {
 }
 
 std::string toml_strings(std::span<const std::string> items) {
-  std::string out;
-  for (const std::string& item : items) {
-    out += (out.empty() ? "" : ", ") + toml_string(item);
-  }
-  return "[" + out + "]";
+  return "[" + joined(items, ", ", toml_string) + "]";
 }
 
 // Sampling of a log.
@@ -119,15 +116,6 @@ class Writer {
 
   std::string text_;
 };
-
-// Names, all of them.
-std::string joined(std::span<const std::string> names) {
-  std::string out;
-  for (const std::string& name : names) {
-    out += (out.empty() ? "" : ", ") + on_one_line(name);
-  }
-  return out;
-}
 
 // A pose of the base, and forces on links, which are known by their names.
 void write_base(Writer& out, const detail::RecognisedBase& base, const Robot& robot) {
@@ -213,7 +201,7 @@ void write_log(Writer& out, const detail::RecognisedLog& columns, const std::vec
   } else {
     out.comment("time = \"…\"   # or rate_hz = 1000, where there is no column of time stamps");
   }
-  out.comment("one column for each of " + joined(joints));
+  out.comment("one column for each of " + joined(joints, ", ", on_one_line));
   const auto missing = [&](std::string_view key, const std::string& what) {
     out.comment(std::string(key) + " = [\"…\"]   # " + what);
   };
@@ -392,8 +380,9 @@ void write_limit(Writer& out, const Robot& robot, std::string_view key, double J
     }
   }
   if (!guessed.empty()) {
-    out.key(key, "[" + joined(values) + "]", "a guess of " + joined(guessed));
-    doubts.push_back("the description has no " + std::string(key) + " limit of " + joined(guessed) + "; " +
+    const std::string names = joined(guessed, ", ", on_one_line);
+    out.key(key, "[" + joined(values) + "]", "a guess of " + names);
+    doubts.push_back("the description has no " + std::string(key) + " limit of " + names + "; " +
                      number(guess) + " in [excitation.limits] is a guess");
   }
 }

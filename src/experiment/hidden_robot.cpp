@@ -1,8 +1,7 @@
-#include "experiment/hidden_robot.hpp"
-
 #include <cmath>
 
 #include "excite/prior.hpp"
+#include "experiment/rehearsed_record.hpp"
 #include "rivid/simulate/design_inertia.hpp"
 #include "rivid/simulate/measurement.hpp"
 

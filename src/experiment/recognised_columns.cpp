@@ -6,10 +6,12 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "data/dialect.hpp"
 #include "data/log_columns.hpp"
+#include "joined.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/text.hpp"
 
@@ -158,14 +160,6 @@ std::vector<std::string> words_of(std::string_view name) {
   return out;
 }
 
-std::string joined(const std::vector<std::string>& words, std::size_t first) {
-  std::string text;
-  for (std::size_t i = first; i < words.size(); ++i) {
-    text += (text.empty() ? "" : " ") + words[i];
-  }
-  return text;
-}
-
 template <std::size_t n>
 std::optional<std::string> unit_in(const std::array<KnownUnit, n>& units, std::string_view words) {
   const auto found = std::ranges::find(units, words, &KnownUnit::words);
@@ -176,7 +170,7 @@ ColumnName parted(std::string_view name) {
   ColumnName out;
   const std::size_t open = name.find_last_of("[(");
   if (open != std::string_view::npos && open > 0 && open + 1 < name.size() && !is_digit(name[open + 1])) {
-    const std::string inside = joined(words_of(name.substr(open)), 0);
+    const std::string inside = joined(words_of(name.substr(open)), " ");
     out.unit = unit_in(known_units, inside);
     if (!out.unit) {
       out.unit = unit_in(bracketed_units, inside);
@@ -189,7 +183,7 @@ ColumnName parted(std::string_view name) {
   out.words = words_of(name);
   for (const std::size_t count : {std::size_t{2}, std::size_t{1}}) {
     if (out.words.size() > count) {
-      out.unit = unit_in(known_units, joined(out.words, out.words.size() - count));
+      out.unit = unit_in(known_units, joined(std::span(out.words).last(count), " "));
       if (out.unit) {
         out.words.resize(out.words.size() - count);
         return out;
@@ -233,7 +227,7 @@ ColumnMeaning meaning_of(const std::vector<std::string>& words) {
   } else if (has(ColumnWord::time)) {
     out.kind = ColumnKind::time;
   } else if (const auto program = std::ranges::find_if(
-                 program_names, [text = " " + joined(words, 0)](
+                 program_names, [text = " " + joined(words, " ")](
                                     const ProgramName& name) { return text.ends_with(name.words); });
              program != program_names.end()) {
     out.kind = program->kind;

@@ -1,5 +1,3 @@
-#include "experiment/target_gains.hpp"
-
 #include <algorithm>
 #include <cmath>
 

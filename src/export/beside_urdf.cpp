@@ -3,6 +3,7 @@
 
 #include "export/model_tree.hpp"
 #include "export/xml_edit.hpp"
+#include "joined.hpp"
 #include "report/markup.hpp"
 #include "rivid/text.hpp"
 
@@ -64,16 +65,10 @@ std::string python_text(std::string_view text) {
 
 template <typename Range, typename Item>
 std::string python_list(const Range& range, const Item& item) {
-  std::string out;
-  for (const auto& each : range) {
-    out += (out.empty() ? "" : ", ") + item(each);
-  }
-  return "[" + out + "]";
+  return "[" + joined(range, ", ", item) + "]";
 }
 
-std::string python_list(const Eigen::Vector3d& values) {
-  return python_list(values, [](double value) { return exact(value); });
-}
+std::string python_list(const Eigen::Vector3d& values) { return python_list(values, exact); }
 
 // (value, φ of speed and sign, direction of the motion that it counts for or 0)
 std::string friction_term(const JointValues::FrictionTerm& term) {

@@ -5,6 +5,7 @@
 
 #include "export/c_functions.hpp"
 #include "export/recorded.hpp"
+#include "joined.hpp"
 #include "rivid/error.hpp"
 #include "rivid/online/momentum.hpp"
 #include "rivid/simulate/inverse_dynamics.hpp"
@@ -174,12 +175,8 @@ std::string low_pass() {
 
 std::string last_axes(const ModelData& model) {
   const Eigen::Matrix3d axes = link_axes(model.chain.links.back());
-  std::string out;
-  for (Index i = 0; i < 3; ++i) {
-    out +=
-        (i > 0 ? ", {" : "{") + exact(axes(i, 0)) + ", " + exact(axes(i, 1)) + ", " + exact(axes(i, 2)) + "}";
-  }
-  return "{" + out + "}";
+  const auto row = [](const auto& of) { return "{" + detail::joined(of, ", ", exact) + "}"; };
+  return "{" + detail::joined(axes.rowwise(), ", ", row) + "}";
 }
 
 // A text that can stand in a comment.
@@ -215,10 +212,7 @@ std::string c_header(const DynamicModel& model, std::string_view name, std::stri
     throw InputError("c_header: name is " + in_quotes(name) +
                      ", must be a C identifier: letters, digits and _, no digit first");
   }
-  std::string joints;
-  for (const Joint& joint : model.joints()) {
-    joints.append(joints.empty() ? "" : ", ").append(joint.name);
-  }
+  const std::string joints = detail::joined(model.joints(), ", ", &Joint::name);
   std::string body(detail::c_functions);
   const ModelData& data = model;
   for (const auto& [mark, text] : std::initializer_list<std::pair<std::string_view, std::string>>{

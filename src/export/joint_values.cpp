@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "export/recorded.hpp"
+#include "joined.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -67,13 +68,7 @@ std::vector<std::string> JointValues::unsaid(bool with_rotor) const {
   return out;
 }
 
-std::string exact_list(const Eigen::Ref<const Vector>& values) {
-  std::string out;
-  for (const double value : values) {
-    out += (out.empty() ? "" : " ") + exact(value);
-  }
-  return out;
-}
+std::string exact_list(const Eigen::Ref<const Vector>& values) { return joined(values, " ", exact); }
 
 std::vector<JointValues> joint_values(const Robot& robot, const Eigen::Ref<const Vector>& chi_st,
                                       std::string_view who) {

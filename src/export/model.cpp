@@ -5,9 +5,9 @@
 #include <iterator>
 #include <span>
 
-#include "comma_list.hpp"
 #include "export/model_tree.hpp"
 #include "export/xml_edit.hpp"
+#include "joined.hpp"
 #include "rivid/error.hpp"
 #include "rivid/export/c_header.hpp"
 #include "rivid/export/urdf.hpp"
@@ -144,7 +144,7 @@ void tell_joints(const FormatRow& format, const ExportTask& task, ExportedModel&
     std::ranges::move(format.unsaid(joint), std::back_inserter(lost));
   }
   if (!lost.empty()) {
-    tell_loss(out, std::string(format.title) + " has no place for " + detail::comma_list(lost));
+    tell_loss(out, std::string(format.title) + " has no place for " + detail::joined(lost));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "model/mesh.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -168,28 +169,9 @@ ModelTree model_tree(std::string_view xml, const std::string& source, const Robo
   return TreeReader(xml, source, robot).read();
 }
 
-std::optional<std::filesystem::path> mesh_file(std::string_view name, const std::filesystem::path& urdf) {
-  namespace fs = std::filesystem;
-  constexpr std::string_view file_scheme = "file://";
-  constexpr std::string_view package_scheme = "package://";
-  const fs::path folder = fs::absolute(urdf).parent_path();
-  const auto existing = [](const fs::path& path) {
-    return fs::is_regular_file(path) ? std::optional(path.lexically_normal()) : std::nullopt;
-  };
-  if (name.starts_with(file_scheme)) {
-    return existing(name.substr(file_scheme.size()));
-  }
-  if (!name.starts_with(package_scheme)) {
-    return existing(folder / name);
-  }
-  // A URDF lies in its package, or in one beside it.
-  const fs::path inside = name.substr(package_scheme.size());
-  for (fs::path above = folder; above.has_relative_path(); above = above.parent_path()) {
-    if (const auto found = existing(above / inside)) {
-      return found;
-    }
-  }
-  return std::nullopt;
+std::optional<std::filesystem::path> mesh_file(const std::string& name, const std::filesystem::path& urdf) {
+  const auto out = found_mesh(name, std::filesystem::absolute(urdf).parent_path());
+  return out ? std::optional(out->lexically_normal()) : std::nullopt;
 }
 
 std::string beside_written(const std::filesystem::path& mesh, const ExportTask& task) {

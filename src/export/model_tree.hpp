@@ -87,7 +87,7 @@ struct ExportTask {
 /// The file of a mesh, where the format needs one on this machine.
 ///
 /// @return  nothing where it is not found
-[[nodiscard]] std::optional<std::filesystem::path> mesh_file(std::string_view name,
+[[nodiscard]] std::optional<std::filesystem::path> mesh_file(const std::string& name,
                                                              const std::filesystem::path& urdf);
 /// Its name relative to the file that is written.
 [[nodiscard]] std::string beside_written(const std::filesystem::path& mesh, const ExportTask& task);

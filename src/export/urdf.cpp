@@ -34,8 +34,6 @@ constexpr double body_tolerance = 1e-9;
 // A frame turned for an oblique axis is turned by more than the reader's 1e-9 rad.
 constexpr double same_axes = 1e-10;
 
-Eigen::Matrix3d tensor(const Inertial& inertial) { return detail::symmetric_tensor(inertial.data()); }
-
 // A body as a URDF describes it.
 struct Body {
   double mass = 0.0;
@@ -43,15 +41,11 @@ struct Body {
   Eigen::Matrix3d I_com = Eigen::Matrix3d::Zero();  // in the axes of the link
 
   static Body of(const Inertial& inertial) {
-    Body out;
-    out.mass = inertial[9];
+    Body out{.mass = inertial[9], .I_com = detail::symmetric_tensor(inertial.data())};
     if (out.mass != 0.0) {
       const Eigen::Vector3d c = inertial.segment<3>(6) / out.mass;
       out.com = c;
-      out.I_com =
-          tensor(inertial) - out.mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
-    } else {
-      out.I_com = tensor(inertial);
+      out.I_com -= out.mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
     }
     return out;
   }
@@ -60,15 +54,6 @@ struct Body {
     return 0.5 * I_com.trace() * Eigen::Matrix3d::Identity() - I_com;
   }
 };
-
-// ∫ (r 1)(r 1)ᵀ dm, positive definite for any body that is not flat.
-Eigen::Matrix4d pseudo_inertia(const Inertial& inertial) {
-  const Eigen::Matrix3d I = tensor(inertial);
-  Eigen::Matrix4d J;
-  J << 0.5 * I.trace() * Eigen::Matrix3d::Identity() - I, inertial.segment<3>(6),
-      inertial.segment<3>(6).transpose(), inertial[9];
-  return J;
-}
 
 bool close(const Inertial& a, const Inertial& b) {
   const auto within = [&](Index from, Index count) {
@@ -131,7 +116,7 @@ class Writer {
       const UrdfTopology::Joint& joint = tree_.joint(place);
       const Turns& before = of_links[static_cast<std::size_t>(joint.parent)];
       Turns& here = of_links[static_cast<std::size_t>(joint.child)];
-      const Eigen::Matrix3d passed = before.passed * pose_of(joint.node).linear();
+      const Eigen::Matrix3d passed = before.passed * document_.pose(joint.node).rotation();
       if (!joint.moves()) {
         here = {before.previous, before.axes, passed};
         continue;
@@ -158,14 +143,6 @@ class Writer {
     int link;
     Eigen::Isometry3d pose;  // in the frame of the moving link
   };
-
-  [[nodiscard]] Eigen::Isometry3d pose_of(pugi::xml_node node) const {
-    const detail::UrdfPose pose = document_.pose(node);
-    Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
-    out.linear() = pose.rotation();
-    out.translation() = pose.xyz;
-    return out;
-  }
 
   [[nodiscard]] StartTag tag(pugi::xml_node node) const {
     const std::ptrdiff_t at = node.offset_debug();
@@ -195,7 +172,7 @@ class Writer {
       for (const int place : tree_.link(out[i].link).children) {
         const UrdfTopology::Joint& joint = tree_.joint(place);
         if (!joint.moves() || std::ranges::find(path_.joints, place) == path_.joints.end()) {
-          out.push_back({joint.child, out[i].pose * pose_of(joint.node)});
+          out.push_back({joint.child, out[i].pose * document_.pose(joint.node).isometry()});
         }
       }
     }
@@ -248,8 +225,7 @@ class Writer {
 
   // The largest s for which whole − s part is a body; zero where whole is flat.
   static double largest_share(const Inertial& part, const Inertial& whole) {
-    const Eigen::Matrix4d J = pseudo_inertia(whole);
-    const Eigen::LLT<Eigen::Matrix4d> factor(J);
+    const Eigen::LLT<Eigen::Matrix4d> factor(pseudo_inertia(whole));
     if (factor.info() != Eigen::Success) {
       return 0.0;
     }
@@ -273,7 +249,7 @@ class Writer {
       return;
     }
     const pugi::xml_node origin = node.child("origin");
-    const Eigen::Matrix3d R = pose_of(node).linear();
+    const Eigen::Matrix3d R = document_.pose(node).rotation();
     const std::array<double, 6> I = entries(R.isIdentity(0.0) ? body.I_com : R.transpose() * body.I_com * R);
     const double size = body.I_com.cwiseAbs().maxCoeff();
     set_numbers(node.child("mass"), "value", {&body.mass, 1}, std::abs(body.mass));

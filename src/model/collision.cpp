@@ -23,37 +23,6 @@ using Path = std::filesystem::path;
 
 constexpr int sides = 32;  // of the prism that stands for a cylinder
 
-Isometry3d isometry(const detail::UrdfPose& pose) {
-  Isometry3d out = Isometry3d::Identity();
-  out.linear() = pose.rotation();
-  out.translation() = pose.xyz;
-  return out;
-}
-
-// Where a mesh is: beside the URDF, or of a package in one of the folders above.
-std::optional<Path> found_mesh(const std::string& name, const Path& folder) {
-  constexpr std::string_view package = "package://";
-  constexpr std::string_view file = "file://";
-  constexpr int most_above = 6;
-  std::error_code none;
-  const auto exists = [&](const Path& path) { return std::filesystem::is_regular_file(path, none); };
-  if (!name.starts_with(package)) {
-    const Path path = folder / (name.starts_with(file) ? name.substr(file.size()) : name);
-    return exists(path) ? std::optional(path) : std::nullopt;
-  }
-  const Path whole = name.substr(package.size());
-  const Path within = whole.lexically_relative(*whole.begin());
-  Path above = std::filesystem::absolute(folder, none).lexically_normal();
-  for (int k = 0; k < most_above; ++k, above = above.parent_path()) {
-    for (const Path& path : {above / whole, above / within}) {
-      if (exists(path)) {
-        return path;
-      }
-    }
-  }
-  return std::nullopt;
-}
-
 class CollisionReader {
  public:
   CollisionReader(const Path& urdf, const Robot& robot, const detail::UrdfDocument& document)
@@ -111,13 +80,13 @@ class CollisionReader {
       const Isometry3d in_link = frame(at.joint).inverse() * at.pose;
       origins_[static_cast<std::size_t>(at.joint + 1)].push_back(in_link.translation());
       for (const pugi::xml_node collision : link.node.children("collision")) {
-        add(collision, in_link * isometry(document_.pose(collision)), at.joint, link.name);
+        add(collision, in_link * document_.pose(collision).isometry(), at.joint, link.name);
       }
       for (const int j : link.children) {
         const detail::UrdfTopology::Joint& next = tree_.joint(j);
         const auto own = robot_.link_of(next.name);
         open.push_back({next.child, own ? static_cast<Index>(*own) : at.joint,
-                        at.pose * isometry(document_.pose(next.node))});
+                        at.pose * document_.pose(next.node).isometry()});
       }
     }
   }
@@ -168,7 +137,7 @@ class CollisionReader {
 
   std::optional<Hull> mesh(pugi::xml_node node, const std::string& who) {
     const std::string name = document_.text(node, "filename", who);
-    const std::optional<Path> path = found_mesh(name, folder_);
+    const std::optional<Path> path = detail::found_mesh(name, folder_);
     if (!path) {
       out_.findings.push_back(Finding{"mesh_missing",
                                       {},

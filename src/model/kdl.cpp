@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/urdf_document.hpp"
 #include "rivid/error.hpp"
 
 namespace rivid {
@@ -41,13 +42,6 @@ KDL::RotationalInertia rotational(const Eigen::Matrix3d& I) {
   return KDL::RotationalInertia(I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
 }
 
-Eigen::Matrix3d tensor(const Inertial& inertial) {
-  Eigen::Matrix3d I;
-  I << inertial[0], inertial[1], inertial[2], inertial[1], inertial[3], inertial[4], inertial[2], inertial[4],
-      inertial[5];
-  return I;
-}
-
 Inertial inertial_of(const KDL::RigidBodyInertia& body) {
   // KDL shows the first moments h only divided by the mass; the angular momentum h × v of a translation shows
   // them as they are, also where the mass is zero.
@@ -61,7 +55,7 @@ Inertial inertial_of(const KDL::RigidBodyInertia& body) {
 }
 
 KDL::RigidBodyInertia rigid_body(const Inertial& inertial) {
-  const Eigen::Matrix3d I = tensor(inertial);
+  const Eigen::Matrix3d I = detail::symmetric_tensor(inertial.data());
   const Eigen::Vector3d h = inertial.segment<3>(6);
   const double m = inertial[9];
   const auto about_com = [&](double mass, const Eigen::Vector3d& com) -> Eigen::Matrix3d {

@@ -288,6 +288,35 @@ class Collada {
 
 }  // namespace
 
+std::optional<std::filesystem::path> found_mesh(const std::string& name,
+                                                const std::filesystem::path& folder) {
+  using Path = std::filesystem::path;
+  constexpr std::string_view package = "package://";
+  constexpr std::string_view file = "file://";
+  constexpr int least_above = 6;
+  std::error_code none;
+  std::vector<Path> places;
+  if (name.starts_with(package)) {
+    // A URDF lies in its package, or in one beside it; a package may have a folder of another name.
+    const Path whole = name.substr(package.size());
+    const Path within = whole.empty() ? whole : whole.lexically_relative(*whole.begin());
+    for (const Path& inside : {whole, within}) {
+      Path above = std::filesystem::absolute(folder, none).lexically_normal();
+      for (int k = 0; k < least_above || above.has_relative_path(); ++k, above = above.parent_path()) {
+        places.push_back(above / inside);
+      }
+    }
+  } else if (name.starts_with(file)) {
+    const Path path = name.substr(file.size());
+    places = {folder / path, path};
+  } else {
+    places = {folder / name};
+  }
+  const auto at = std::ranges::find_if(
+      places, [&](const Path& path) { return std::filesystem::is_regular_file(path, none); });
+  return at == places.end() ? std::nullopt : std::optional(*at);
+}
+
 Eigen::Matrix3Xd read_mesh(const std::filesystem::path& path) {
   const std::string where = path.string();
   refuse_larger(path, mesh_limit);

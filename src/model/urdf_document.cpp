@@ -213,6 +213,12 @@ Eigen::Matrix3d UrdfPose::rotation() const {
       .toRotationMatrix();
 }
 
+Eigen::Isometry3d UrdfPose::isometry() const {
+  Eigen::Isometry3d out(rotation());
+  out.translation() = xyz;
+  return out;
+}
+
 Eigen::Matrix3d symmetric_tensor(const double* entries) {
   const double* const I = entries;
   Eigen::Matrix3d out;

@@ -20,6 +20,7 @@ struct UrdfPose {
   Eigen::Vector3d rpy = Eigen::Vector3d::Zero();  // about fixed axes, x first
 
   [[nodiscard]] Eigen::Matrix3d rotation() const;
+  [[nodiscard]] Eigen::Transform<double, 3, Eigen::Isometry> isometry() const;
 };
 
 /// Attributes of an <inertia>, XX XY XZ YY YZ ZZ.

@@ -69,13 +69,9 @@ Section traces_section(const Comparison& comparison) {
   std::ranges::transform(comparison.models, std::back_inserter(names), &Comparison::Error::name);
   std::vector<Plot> plots;
   for (const Comparison::Trace& trace : comparison.traces) {
-    plots.emplace_back(Chart{.id = "errors-" + std::to_string(plots.size()),
-                             .title = trace.log,
-                             .label = "Torque errors of " + trace.joint + " over time",
-                             .x_label = "t [s]",
-                             .y_label = "torque error [N·m or N]",
-                             .series = curves(trace.time, names, trace.errors),
-                             .size = Chart::Size::wide});
+    plots.emplace_back(time_chart("errors-" + std::to_string(plots.size()), trace.log,
+                                  "Torque errors of " + trace.joint + " over time", "torque error [N·m or N]",
+                                  curves(trace.time, names, trace.errors)));
   }
   out.blocks.push_back(plots_block("", std::move(plots)));
   return out;

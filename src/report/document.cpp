@@ -100,4 +100,15 @@ std::vector<Series> curves(const Vector& t, const std::vector<std::string>& name
   return out;
 }
 
+Chart time_chart(const std::string& id, const std::string& title, const std::string& label,
+                 const std::string& y_label, std::vector<Series> series, Chart::Size size) {
+  return {.id = id,
+          .title = title,
+          .label = label,
+          .x_label = "t [s]",
+          .y_label = y_label,
+          .series = std::move(series),
+          .size = size};
+}
+
 }  // namespace rivid::detail

@@ -159,6 +159,17 @@ template <typename Records, typename Record = std::ranges::range_value_t<Records
   return out;
 }
 
+// What one record of a list says, by its place in the list. Rows of such tables are places in several lists.
+using Indexed = ColumnOf<std::size_t>;
+
+[[nodiscard]] inline auto places(std::size_t count) { return std::views::iota(std::size_t{0}, count); }
+
+// Not a number behind the end.
+[[nodiscard]] inline double at(const Vector& values, std::size_t i) {
+  const auto k = static_cast<Index>(i);
+  return k < values.size() ? values[k] : std::numeric_limits<double>::quiet_NaN();
+}
+
 // One thought, without its full stop.
 struct Sentence {
   std::string text;
@@ -256,6 +267,10 @@ struct Chart {
 // Columns as curves, each in a colour of its own.
 [[nodiscard]] std::vector<Series> curves(const Vector& t, const std::vector<std::string>& names,
                                          const Matrix& columns);
+// A chart over time; `label` is what it is to a reader who does not see it.
+[[nodiscard]] Chart time_chart(const std::string& id, const std::string& title, const std::string& label,
+                               const std::string& y_label, std::vector<Series> series,
+                               Chart::Size size = Chart::Size::wide);
 
 // A symmetric matrix of values between −1 and 1, as colours.
 struct HeatMap {

@@ -15,10 +15,6 @@
 #include "rivid/report/json.hpp"
 #include "rivid/simulate/closed_loop.hpp"
 
-namespace rivid {
-struct OnlineReplay;
-}
-
 // The documents of rivid, and what they are made of.
 namespace rivid::detail {
 
@@ -29,9 +25,6 @@ namespace rivid::detail {
 // All of it with plots of its torques, its robot and where it comes from.
 [[nodiscard]] Document document_of(const Robot& robot, const Identification& result,
                                    std::span<const Prediction> predictions, const Provenance& provenance);
-
-// What became of a simulation, for a screen.
-[[nodiscard]] Document document_of(const Robot& robot, const SimulationRecord& record);
 
 // One way to identify, on many simulated experiments.
 [[nodiscard]] Document document_of(const MonteCarloSummary& summary);
@@ -59,9 +52,13 @@ using Settings = std::vector<std::pair<std::string, std::string>>;
 [[nodiscard]] std::vector<std::vector<double>> standardised_errors(const MonteCarloSummary& summary,
                                                                    std::span<const MonteCarloRow> rows);
 
-/// @throws InputError  in the name of `who`, where series of the replay have other sizes than its instants
-///                     and joints ask for
-void require_fitting(std::string_view who, const OnlineReplay& replay);
+// Joints' origins, in the frame of the base.
+[[nodiscard]] Skeleton skeleton_of(const Robot& robot, const Vector& q);
+
+// The equivalent ellipsoids of the links, of uniform density with the mass and inertia of the link; links
+// without mass, or whose inertia no body can have, have none.
+void add_ellipsoids(const Robot& robot, const Vector& q, const std::vector<Inertial>& inertials,
+                    const std::string& style, Skeleton& out);
 
 [[nodiscard]] inline std::string position_unit(const Joint& joint) {
   return joint.type == JointType::revolute ? "rad" : "m";

@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 
-#include "excite/checked_clearances.hpp"
+#include "excite/clearance.hpp"
 #include "identify/figures/joint_rows.hpp"
-#include "report/skeleton.hpp"
+#include "report/documents.hpp"
 #include "rivid/excite/limits.hpp"
 #include "rivid/text.hpp"
 
@@ -17,6 +17,13 @@ namespace {
 
 // Points of a curve that a picture of a panel's width can show.
 constexpr Index most_points_of_a_motion = 500;
+
+// When these samples are.
+Vector instants(const std::vector<Index>& samples, double f_m) {
+  Vector out(std::ssize(samples));
+  std::ranges::transform(samples, out.begin(), [&](Index k) { return static_cast<double>(k) / f_m; });
+  return out;
+}
 
 struct QuantityOfMotion {
   std::string name;
@@ -46,19 +53,14 @@ Chart motion_chart(const ForecastMotion& of, const QuantityOfMotion& quantity, I
   const Joint& joint = of.plan.experiment.robot.joints[static_cast<std::size_t>(j)];
   const std::vector<Index> some = every_few(of.motion.samples(), most_points_of_a_motion);
   const Vector values = (*quantity.values)(some, j);
-  Vector time(std::ssize(some));
-  for (Index k = 0; k < time.size(); ++k) {
-    time[k] = static_cast<double>(some[static_cast<std::size_t>(k)]) / of.forecast.f_m;
-  }
   const bool turns = joint.type == JointType::revolute;
-  Chart out{
-      .id = quantity.name + "-" + std::to_string(j + 1),
-      .title = joint.name,
-      .label = "The " + quantity.name + " of " + joint.name + " over time",
-      .x_label = "t [s]",
-      .y_label = quantity.symbol + " [" + (turns ? quantity.revolute_unit : quantity.prismatic_unit) + "]",
-      .height = 190.0};
-  out.series.push_back({quantity.symbol, "measured", Series::Kind::line, time, values});
+  Chart out =
+      time_chart(quantity.name + "-" + std::to_string(j + 1), joint.name,
+                 "The " + quantity.name + " of " + joint.name + " over time",
+                 quantity.symbol + " [" + (turns ? quantity.revolute_unit : quantity.prismatic_unit) + "]",
+                 {{quantity.symbol, "measured", Series::Kind::line, instants(some, of.forecast.f_m), values}},
+                 Chart::Size::panel);
+  out.height = 190.0;
   const double middle = 0.5 * (quantity.lower[j] + quantity.upper[j]);
   for (const double limit : {quantity.lower[j], quantity.upper[j]}) {
     const double nearest = limit > middle ? values.maxCoeff() : values.minCoeff();
@@ -202,11 +204,9 @@ Block clearances_over_time(const ForecastMotion& of) {
   const auto shown = std::min<std::size_t>(
       most_pairs, static_cast<std::size_t>(std::ranges::count_if(
                       nearest, [](const ClearanceUse& use) { return std::isfinite(use.wanted); })));
-  Vector time(std::ssize(some));
-  Matrix distances(time.size(), static_cast<Index>(shown));
-  for (Index row = 0; row < time.size(); ++row) {
+  Matrix distances(std::ssize(some), static_cast<Index>(shown));
+  for (Index row = 0; row < distances.rows(); ++row) {
     const Index k = some[static_cast<std::size_t>(row)];
-    time[row] = static_cast<double>(k) / of.forecast.f_m;
     const std::vector<ClearanceUse> all =
         checked_clearances(of.plan.experiment.robot, of.plan.options.space,
                            std::vector<bool>(nearest.size(), true), of.motion.q.row(k), of.forecast.f_m);
@@ -217,17 +217,13 @@ Block clearances_over_time(const ForecastMotion& of) {
       distances(row, static_cast<Index>(pair)) = std::ranges::find_if(all, same)->distance;
     }
   }
-  Chart chart{.id = "clearances-over-time",
-              .title = "Distances over time",
-              .label = "Distances of the nearest pairs over time",
-              .x_label = "t [s]",
-              .y_label = "distance [m]",
-              .size = Chart::Size::wide};
+  std::vector<std::string> names;
   for (std::size_t pair = 0; pair < shown; ++pair) {
-    chart.series.push_back({nearest[pair].first + " from " + nearest[pair].second,
-                            "series-" + std::to_string(pair), Series::Kind::line, time,
-                            distances.col(static_cast<Index>(pair))});
+    names.push_back(nearest[pair].first + " from " + nearest[pair].second);
   }
+  Chart chart =
+      time_chart("clearances-over-time", "Distances over time", "Distances of the nearest pairs over time",
+                 "distance [m]", curves(instants(some, of.forecast.f_m), names, distances));
   chart.rules.push_back({false, of.plan.options.space.clearance, "bound"});
   chart.y_shown = {0.0, of.plan.options.space.clearance};
   return plots_block("", {std::move(chart)});
@@ -249,7 +245,6 @@ Section motion_section(const ForecastMotion& of) {
 
 Section information_section(const ForecastMotion& of) {
   constexpr Index most_stretches = 150;
-  constexpr std::size_t colours = 8;
   Section out{"information", "Information", "Information by joint and time", {}, Shown::page};
   const Matrix& leverage = of.forecast.leverage;
   if (leverage.size() == 0) {
@@ -258,12 +253,6 @@ Section information_section(const ForecastMotion& of) {
                   "common measure"}});
     return out;
   }
-  Chart chart{.id = "information-over-time",
-              .title = "Parameters a second",
-              .label = "Information of each joint's rows over time",
-              .x_label = "t [s]",
-              .y_label = "leverage [1/s]",
-              .size = Chart::Size::wide};
   const Index stretches = std::min(most_stretches, leverage.rows());
   Vector time(stretches);
   Matrix rate(stretches, leverage.cols());
@@ -273,15 +262,14 @@ Section information_section(const ForecastMotion& of) {
     time[s] = (static_cast<double>(first) + 0.5 * static_cast<double>(size)) / of.forecast.f_m;
     rate.row(s) = leverage.middleRows(first, size).colwise().mean() * of.forecast.f_m;
   }
-  for (Index j = 0; j < rate.cols(); ++j) {
-    const auto joint = static_cast<std::size_t>(j);
-    chart.series.push_back({of.forecast.joints[joint].joint, "series-" + std::to_string(joint % colours),
-                            Series::Kind::line, time, rate.col(j)});
-  }
+  std::vector<std::string> names;
+  std::ranges::transform(of.forecast.joints, std::back_inserter(names), &JointInformation::joint);
   out.blocks = {
       {Sentence{"The leverage w M⁻¹ wᵀ / σ² of a row is its weight in the estimate. Its sum over all rows is "
                 "the number of parameters, less prior information"}},
-      plots_block("", {std::move(chart)})};
+      plots_block("", {time_chart("information-over-time", "Parameters a second",
+                                  "Information of each joint's rows over time", "leverage [1/s]",
+                                  curves(time, names, rate))})};
   return out;
 }
 

@@ -1,7 +1,6 @@
 #include "rivid/report/html.hpp"
 
 #include "report/documents.hpp"
-#include "report/html_assets.hpp"
 #include "report/markup.hpp"
 #include "rivid/report/monte_carlo.hpp"
 #include "rivid/text.hpp"

@@ -10,7 +10,6 @@
 
 #include "experiment/json_fields.hpp"
 #include "report/documents.hpp"
-#include "report/lists.hpp"
 #include "rivid/input.hpp"
 #include "rivid/model/dependent.hpp"
 #include "rivid/report/comparison.hpp"

@@ -12,4 +12,8 @@ namespace rivid::detail {
 [[nodiscard]] std::string element(std::string_view tag, std::string_view content,
                                   std::string_view attributes = {});
 
+// What the pages bring along; the build makes these functions from files, see src/CMakeLists.txt.
+[[nodiscard]] std::string_view report_css();
+[[nodiscard]] std::string_view report_js();
+
 }  // namespace rivid::detail

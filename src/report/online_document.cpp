@@ -1,8 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "csv_columns.hpp"
 #include "report/document.hpp"
-#include "report/documents.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/payload.hpp"
 #include "rivid/report/online.hpp"
@@ -15,6 +16,23 @@ namespace detail {
 namespace {
 
 using PayloadNow = OnlinePayload<double>;
+
+// Refuses a replay whose series have other sizes than its instants and joints ask for.
+void require_same_sizes(std::string_view who, const OnlineReplay& replay) {
+  const Index records = replay.t.size();
+  const Index n = std::ssize(replay.joints);
+  const auto require = [&](const char* name, const auto& x, Index columns) {
+    if (x.rows() != records || x.cols() != columns) {
+      throw InputError(std::string(who) + ": " + name + " of the replay is " + std::to_string(x.rows()) +
+                       " × " + std::to_string(x.cols()) + ", must be " + std::to_string(records) + " × " +
+                       std::to_string(columns));
+    }
+  };
+  require("payload", replay.payload, 6);
+  require("suspicion", replay.suspicion, 1);
+  require("torque_error", replay.torque_error, n);
+  require("external", replay.external, n);
+}
 
 std::string payload_words(const PayloadNow& p) {
   const bool known = std::isfinite(p.mass) && std::isfinite(p.mass_half_width());
@@ -44,9 +62,7 @@ std::vector<std::string> controller_lines(const PayloadNow& p) {
 // A chart over the time of the log, with the events as lines.
 Chart replay_chart(const OnlineReplay& replay, const std::string& id, const std::string& title,
                    const std::string& y_label, std::vector<Series> series) {
-  Chart out{.id = id, .title = title, .label = title + " over time", .x_label = "t [s]", .y_label = y_label};
-  out.series = std::move(series);
-  out.size = Chart::Size::wide;
+  Chart out = time_chart(id, title, title + " over time", y_label, std::move(series));
   out.y_shown = {0.0};
   for (const OnlineReplay::Event& event : replay.events) {
     out.rules.push_back({true, event.t, "event"});
@@ -128,8 +144,23 @@ Document replay_document(const OnlineReplay& replay) {
 
 }  // namespace detail
 
+std::string to_csv(const OnlineReplay& replay) {
+  detail::require_same_sizes("to_csv", replay);
+  constexpr std::array names = {"mass", "mass_half_width", "com_x", "com_y", "com_z", "com_half_width"};
+  const auto in_short = [](double value) { return number(value, 7); };
+  detail::CsvColumns out(replay.t.size());
+  out.add("t", replay.t.data(), [](double t) { return number(t, 9); });
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    out.add(names[c], replay.payload.col(static_cast<Index>(c)).data(), in_short);
+  }
+  out.add("suspicion", replay.suspicion.data(), in_short);
+  out.add_each("friction_error", replay.torque_error, in_short);
+  out.add_each("external", replay.external, in_short);
+  return out.text();
+}
+
 std::string in_words(const OnlineReplay& replay, std::size_t screen) {
-  detail::require_fitting("in_words", replay);
+  detail::require_same_sizes("in_words", replay);
   std::string out = detail::text_of(detail::replay_document(replay), screen);
   for (const std::string& line : detail::controller_lines(replay.last)) {
     out += line + '\n';
@@ -138,7 +169,7 @@ std::string in_words(const OnlineReplay& replay, std::size_t screen) {
 }
 
 std::string to_html(const OnlineReplay& replay) {
-  detail::require_fitting("to_html", replay);
+  detail::require_same_sizes("to_html", replay);
   if (replay.t.size() == 0) {
     throw InputError("to_html: the replay has no record");
   }

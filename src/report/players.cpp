@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "joined.hpp"
 #include "rivid/error.hpp"
 #include "rivid/simulate/references.hpp"
 #include "rivid/text.hpp"
@@ -22,11 +23,7 @@ constexpr Index libfranka_joints = 7;
 constexpr Index ur_joints = 6;
 
 std::string in_brackets(const Vector& values) {
-  std::string out = "[";
-  for (Index k = 0; k < values.size(); ++k) {
-    out += (k > 0 ? ", " : "") + fixed(values[k], player_decimals);
-  }
-  return out + "]";
+  return "[" + detail::joined(values, ", ", [](double x) { return fixed(x, player_decimals); }) + "]";
 }
 
 struct PlayedState {
@@ -70,12 +67,8 @@ std::string opening_comment(const Robot& robot, const Excitation& excitation) {
   };
   out += pairs.begin() == left_out ? "\n# Collisions were not checked.\n"
                                    : "\n# Smallest distance: " + in_words(pairs.front()) + ".\n";
-  separator = "# Not kept apart, since near in every pose: ";
-  for (auto use = left_out; use != pairs.end(); ++use, separator = "; ") {
-    out += separator + in_words(*use);
-  }
-  out += left_out == pairs.end() ? "" : ".\n";
-  return out;
+  const std::string near = detail::joined(std::ranges::subrange(left_out, pairs.end()), "; ", in_words);
+  return out + (near.empty() ? "" : "# Not kept apart, since near in every pose: " + near + ".\n");
 }
 
 // Between points with positions, velocities and accelerations a controller's polynomials of fifth degree are
@@ -90,11 +83,9 @@ std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
                                               : 0.0;
   const auto intervals = static_cast<std::int64_t>(
       std::ceil(duration * std::max(points_a_second, points_a_period * highest_hz) - 1e-9));
-  std::string out = opening_comment(robot, excitation) + "joint_names: [";
-  for (Index j = 0; j < robot.size(); ++j) {
-    out += (j > 0 ? ", " : "") + nlohmann::json(robot.joints[static_cast<std::size_t>(j)].name).dump();
-  }
-  out += "]\npoints:\n";
+  const auto name = [](const Joint& joint) { return nlohmann::json(joint.name).dump(); };
+  std::string out = opening_comment(robot, excitation) + "joint_names: [" +
+                    detail::joined(robot.joints, ", ", name) + "]\npoints:\n";
   for (std::int64_t k = 0; k <= intervals; ++k) {
     constexpr double in_nanoseconds = 1e9;
     const auto nanoseconds = static_cast<std::int64_t>(

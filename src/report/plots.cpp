@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
+#include "experiment/json_fields.hpp"
 #include "report/document.hpp"
 #include "report/markup.hpp"
 #include "rivid/text.hpp"
@@ -11,8 +11,6 @@
 namespace rivid::detail {
 
 namespace {
-
-using PlotJson = nlohmann::ordered_json;
 
 std::string base64(std::string_view bytes) {
   constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -43,12 +41,12 @@ std::string encoded(const Vector& values, bool exact) {
 }
 
 // Series that share their abscissa have it once: the number of the series that has it stands in its place.
-PlotJson data_of(const Chart& chart, std::size_t index) {
+Json data_of(const Chart& chart, std::size_t index) {
   const Series& series = chart.series[index];
-  PlotJson out = {{"name", series.name},
-                  {"style", series.style},
-                  {"kind", rivid::name(series.kind)},
-                  {"exact", series.exact}};
+  Json out = {{"name", series.name},
+              {"style", series.style},
+              {"kind", rivid::name(series.kind)},
+              {"exact", series.exact}};
   std::size_t same = 0;
   while (chart.series[same].x.size() != series.x.size() || chart.series[same].x != series.x) {
     ++same;
@@ -57,7 +55,7 @@ PlotJson data_of(const Chart& chart, std::size_t index) {
   constexpr double far = 4096.0;
   const bool fine = series.x.size() > 0 && series.x.cwiseAbs().maxCoeff() > far;
   out["fine"] = fine;
-  out["x"] = same < index ? PlotJson(same) : PlotJson(encoded(series.x, fine));
+  out["x"] = same < index ? Json(same) : Json(encoded(series.x, fine));
   out["y"] = encoded(series.y, series.exact);
   if (series.upper.size() > 0) {
     out["upper"] = encoded(series.upper, series.exact);
@@ -71,73 +69,62 @@ PlotJson data_of(const Chart& chart, std::size_t index) {
   return out;
 }
 
-PlotJson data_of(const Chart& chart) {
-  PlotJson series = PlotJson::array();
-  for (std::size_t k = 0; k < chart.series.size(); ++k) {
-    series.push_back(data_of(chart, k));
-  }
-  PlotJson rules = PlotJson::array();
-  for (const Rule& rule : chart.rules) {
-    rules.push_back({{"upright", rule.upright}, {"at", rule.at}, {"style", rule.style}});
-  }
-  PlotJson out = {
-      {"x", chart.x_label},        {"y", chart.y_label},         {"logarithmic", chart.logarithmic},
-      {"x_shown", chart.x_shown},  {"y_shown", chart.y_shown},   {"height", chart.height},
-      {"rules", std::move(rules)}, {"series", std::move(series)}};
-  out["x_logarithmic"] = chart.x_logarithmic;
-  return out;
+Json data_of(const Chart& chart) {
+  const auto of_rule = [](const Rule& rule) {
+    return Json{{"upright", rule.upright}, {"at", rule.at}, {"style", rule.style}};
+  };
+  const auto of_series = [&](std::size_t k) { return data_of(chart, k); };
+  return {{"x", chart.x_label},
+          {"y", chart.y_label},
+          {"logarithmic", chart.logarithmic},
+          {"x_shown", chart.x_shown},
+          {"y_shown", chart.y_shown},
+          {"height", chart.height},
+          {"rules", json_list(chart.rules, of_rule)},
+          {"series", json_list(places(chart.series.size()), of_series)},
+          {"x_logarithmic", chart.x_logarithmic}};
 }
 
-PlotJson data_of(const HeatMap& map) {
+Json data_of(const HeatMap& map) {
   const Matrix rows = map.values.transpose();
   return {{"names", map.names}, {"values", encoded(rows.reshaped(), false)}};
 }
 
-PlotJson data_of(const Skeleton& skeleton) {
-  const auto list = [](const auto& values) { return std::vector<double>(values.begin(), values.end()); };
-  const auto points = [&](const std::vector<Eigen::Vector3d>& of) {
-    PlotJson out = PlotJson::array();
-    std::ranges::transform(of, std::back_inserter(out), list);
-    return out;
+Json data_of(const Skeleton& skeleton) {
+  const auto points = [](const std::vector<Eigen::Vector3d>& of) {
+    return json_list(of, [](const Eigen::Vector3d& point) { return json_of(point); });
   };
-  PlotJson bodies = PlotJson::array();
-  for (const Skeleton::Ellipsoid& body : skeleton.ellipsoids) {
-    bodies.push_back({{"name", body.name},
-                      {"style", body.style},
-                      {"mass", body.mass},
-                      {"centre", list(body.centre)},
-                      {"axes", list(body.axes.reshaped())}});
-  }
-  PlotJson traces = PlotJson::array();
-  for (const Skeleton::Trace& trace : skeleton.traces) {
-    traces.push_back({{"name", trace.name}, {"style", trace.style}, {"points", points(trace.points)}});
-  }
-  PlotJson poses = PlotJson::array();
-  for (const Skeleton::Pose& pose : skeleton.poses) {
-    poses.push_back({{"t", pose.t}, {"joints", points(pose.joints)}});
-  }
+  const auto body = [](const Skeleton::Ellipsoid& of) {
+    return Json{{"name", of.name},
+                {"style", of.style},
+                {"mass", of.mass},
+                {"centre", json_of(of.centre)},
+                {"axes", json_of(Vector(of.axes.reshaped()))}};
+  };
+  const auto trace = [&](const Skeleton::Trace& of) {
+    return Json{{"name", of.name}, {"style", of.style}, {"points", points(of.points)}};
+  };
+  const auto pose = [&](const Skeleton::Pose& of) {
+    return Json{{"t", of.t}, {"joints", points(of.joints)}};
+  };
   return {{"joints", points(skeleton.joints)},
-          {"bodies", std::move(bodies)},
-          {"traces", std::move(traces)},
-          {"poses", std::move(poses)}};
+          {"bodies", json_list(skeleton.ellipsoids, body)},
+          {"traces", json_list(skeleton.traces, trace)},
+          {"poses", json_list(skeleton.poses, pose)}};
 }
 
-PlotJson data_of(const DotPlot& plot) {
-  PlotJson rows = {{"", plot.x_label, "from", "to"}};
-  PlotJson off = PlotJson::array();
-  for (const auto& [name, interval, mark] : plot.dots) {
-    rows.push_back({name, interval.value, interval.low, interval.high});
-    off.push_back(mark == Mark::bad);
+Json data_of(const DotPlot& plot) {
+  Json rows = {{"", plot.x_label, "from", "to"}};
+  for (const DotPlot::Dot& dot : plot.dots) {
+    rows.push_back({dot.name, dot.interval.value, dot.interval.low, dot.interval.high});
   }
   return {{"rows", std::move(rows)},
-          {"off", std::move(off)},
+          {"off", json_list(plot.dots, [](const DotPlot::Dot& dot) { return dot.mark == Mark::bad; })},
           {"reference", plot.reference},
           {"wanted", plot.wanted}};
 }
 
-PlotJson data_of(const PathPlot& plot) {
-  return {{"steps", plot.steps}, {"interval", plot.interval ? PlotJson(*plot.interval) : PlotJson()}};
-}
+Json data_of(const PathPlot& plot) { return {{"steps", plot.steps}, {"interval", json_of(plot.interval)}}; }
 
 template <typename Take>
 void for_each_plot(const std::vector<Block>& blocks, const Take& take) {
@@ -180,9 +167,9 @@ std::string markup_of(const Interval& interval) {
 }
 
 std::string data_of(const Document& document) {
-  PlotJson out = PlotJson::object();
+  Json out = Json::object();
   const auto add = [&](const auto& plot) {
-    PlotJson& data = out[plot.id] = data_of(plot);
+    Json& data = out[plot.id] = data_of(plot);
     data["label"] = plot.label;
   };
   for_each_plot(document.first_look, add);
@@ -190,7 +177,7 @@ std::string data_of(const Document& document) {
     for_each_plot(section.blocks, add);
   }
   // Nothing in it may end the <script>.
-  std::string text = out.dump(-1, ' ', false, PlotJson::error_handler_t::replace);
+  std::string text = out.dump(-1, ' ', false, Json::error_handler_t::replace);
   for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
     text.replace(at, 1, "\\u003c");
   }

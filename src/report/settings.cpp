@@ -1,4 +1,4 @@
-#include "comma_list.hpp"
+#include "joined.hpp"
 #include "report/documents.hpp"
 #include "rivid/text.hpp"
 #include "rivid/version.hpp"
@@ -12,20 +12,15 @@ std::string cutoff(double hz, int order) {
 }
 
 std::string decimation(const std::vector<int>& factors) {
-  std::string out;
-  for (const int n_d : factors) {
-    out += (out.empty() ? "by " : ", then by ") + std::to_string(n_d);
-  }
-  return out.empty() ? "none" : out;
+  const auto digits = [](int n_d) { return std::to_string(n_d); };
+  return factors.empty() ? "none" : "by " + joined(factors, ", then by ", digits);
 }
 
 std::string thresholds(const SignalOptions& signal) {
-  std::vector<std::string> speeds;
-  for (const double speed : signal.velocity_threshold) {
-    speeds.push_back(number(speed, 4));
-  }
+  const std::string speeds =
+      joined(signal.velocity_threshold, ", ", [](double speed) { return number(speed, 4); });
   return speeds.empty() ? std::string(signal.exact_rows() ? "about reversals and standstill" : "none")
-                        : "below " + comma_list(speeds) + " rad/s or m/s, joint by joint";
+                        : "below " + speeds + " rad/s or m/s, joint by joint";
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
-#include "report/skeleton.hpp"
-
 #include <utility>
 
 #include "identify/figures/ellipsoid.hpp"
 #include "model/link_poses.hpp"
+#include "report/documents.hpp"
 
 namespace rivid::detail {
 

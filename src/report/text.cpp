@@ -176,6 +176,31 @@ class TextRenderer {
   std::size_t line_width_;
 };
 
+// What became of a simulation, for a screen.
+Document simulation_document(const Robot& robot, const SimulationRecord& record) {
+  const Simulation& simulation = record.simulation;
+  const SimulationEffort& effort = simulation.effort;
+  Document out;
+  out.line = "Simulation: " + std::string(name(simulation.outcome)) + ", " +
+             counted(record.log.samples(), "sample") + " at " + number(record.log.f_m) + " Hz";
+  const auto say = [&](std::string sentence) { out.opening.push_back({Sentence{std::move(sentence)}}); };
+  if (!simulation.reason.empty()) {
+    say(simulation.reason);
+  }
+  for (Index j = 0; j < simulation.max_tracking_error.size(); ++j) {
+    const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+    say(joint.name + ": largest tracking error " + number(simulation.max_tracking_error[j], 4) + " " +
+        position_unit(joint));
+  }
+  for (std::size_t e = 0; e < simulation.element_names.size(); ++e) {
+    say("friction of " + simulation.element_names[e] + ": " +
+        counted(simulation.element_changes[e], "mode change"));
+  }
+  say(counted(effort.steps, "step") + ", " + counted(effort.right_hand_sides, "right-hand side") + ", " +
+      number(effort.seconds, 3) + " s");
+  return out;
+}
+
 }  // namespace
 
 std::string text_of(const Document& document, std::size_t screen) {
@@ -282,7 +307,7 @@ std::string first_screen(const Robot& robot, const Identification& result, std::
 std::ostream& operator<<(std::ostream& out, const Identification& result) { return out << in_words(result); }
 
 std::string summary(const Robot& robot, const SimulationRecord& record, std::size_t screen) {
-  return detail::text_of(detail::document_of(robot, record), screen);
+  return detail::text_of(detail::simulation_document(robot, record), screen);
 }
 
 std::string in_words(std::span<const MonteCarloSummary> summaries, std::size_t screen) {

@@ -11,7 +11,6 @@
 #include <map>
 #include <random>
 
-#include "excite/checked_clearances.hpp"
 #include "rivid/model/dependent.hpp"
 #include "rivid/model/urdf.hpp"
 #include "support/random_matrix.hpp"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "experiment/target_gains.hpp"
+#include "experiment/recognised_columns.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "support/normal.hpp"
 #include "support/temporary_folder.hpp"

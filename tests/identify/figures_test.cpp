@@ -7,7 +7,7 @@
 #include "identify/figures/friction_curves.hpp"
 #include "identify/figures/joint_rows.hpp"
 #include "identify/figures/residual_shape.hpp"
-#include "report/skeleton.hpp"
+#include "report/documents.hpp"
 #include "support/random_matrix.hpp"
 #include "support/robots.hpp"
 

@@ -3,8 +3,8 @@
 #include <functional>
 #include <limits>
 
+#include "joined.hpp"
 #include "report/identification/sections.hpp"
-#include "report/lists.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -32,11 +32,10 @@ std::string strong_pairs(const std::vector<ParameterEstimate>& parameters, const
     return "No two estimates have a correlation above 0.9";
   }
   std::ranges::stable_sort(pairs, std::greater<>(), [](const Pair& p) { return std::abs(p.r); });
-  std::string out = counted(std::ssize(pairs), "pair") + " above 0.9: ";
-  for (std::size_t k = 0; k < std::min(pairs.size(), most); ++k) {
-    out += (k == 0 ? "" : ", ") + pairs[k].names + " (" + fixed(pairs[k].r, 2) + ")";
-  }
-  return out + (pairs.size() > most ? ", …" : "");
+  const auto in_words = [](const Pair& p) { return p.names + " (" + fixed(p.r, 2) + ")"; };
+  return counted(std::ssize(pairs), "pair") +
+         " above 0.9: " + joined(std::span(pairs).first(std::min(pairs.size(), most)), ", ", in_words) +
+         (pairs.size() > most ? ", …" : "");
 }
 
 }  // namespace

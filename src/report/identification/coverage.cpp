@@ -5,7 +5,6 @@
 
 #include "identify/figures/friction_curves.hpp"
 #include "report/identification/sections.hpp"
-#include "report/lists.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {

@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "comma_list.hpp"
+#include "joined.hpp"
 #include "report/identification/sections.hpp"
-#include "report/lists.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -73,11 +72,7 @@ Table noise_table(const Identification& result, const PrefilterReport& report) {
           return j < result.fit.joints.size() ? result.fit.joints[j].unit : std::string();
         }},
        {{"a_1, a_2, …"}, [&](std::size_t j) {
-          std::vector<std::string> coefficients;
-          for (const double a : report.noise[j].ar) {
-            coefficients.push_back(number(a, 3));
-          }
-          return comma_list(coefficients);
+          return joined(report.noise[j].ar, ", ", [](double a) { return number(a, 3); });
         }}});
 }
 
@@ -124,7 +119,7 @@ Section essential_section(const Identification& result, const EssentialModel& mo
                           number(found.F, 3) + ", p = " + number(found.p, 2)}},
                 {essential_table(result.parameters, found)}};
   if (!found.held.empty()) {
-    out.blocks.push_back({Sentence{"Held, since no robot would move without: " + comma_list(found.held)}});
+    out.blocks.push_back({Sentence{"Held, since no robot would move without: " + joined(found.held)}});
   }
   add_prices(out, result, model.fit, &Validation::essential, "essential");
   return out;
@@ -161,14 +156,11 @@ Section physical_section(const Identification& result, const PhysicalModel& mode
 }
 
 Section prefilter_section(const Identification& result, const PrefilterReport& report) {
-  std::vector<std::string> orders;
-  for (const NoiseModel& model : report.noise) {
-    orders.push_back(std::to_string(model.ar.size()));
-  }
+  const auto order = [](const NoiseModel& model) { return std::to_string(model.ar.size()); };
   Section out{"prefilter", "Prefilter", "Prefilter"};
   out.blocks = {
-      {Sentence{"prefilter: autoregressive noise of order " + comma_list(orders) + " taken off " +
-                counted(report.rows, "row") + ", in " + counted(report.rounds, "round")}},
+      {Sentence{"prefilter: autoregressive noise of order " + joined(report.noise, ", ", order) +
+                " taken off " + counted(report.rows, "row") + ", in " + counted(report.rounds, "round")}},
       {Sentence{"The error of each joint's rows is taken for ρ_t = Σ a_i ρ_{t−i} + e_t with white e"}, page},
       {noise_table(result, report), page}};
   if (report.chi.size() == static_cast<Index>(result.parameters.size())) {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "comma_list.hpp"
+#include "joined.hpp"
 #include "report/identification/sections.hpp"
 #include "rivid/text.hpp"
 
@@ -160,7 +160,7 @@ Table verdicts(const Parameters& parameters) {
     }
   }
   if (!weak.empty()) {
-    out.rows.insert(out.rows.begin(), {{std::string(sign(Mark::weak)) + " weak", comma_list(weak)}});
+    out.rows.insert(out.rows.begin(), {{std::string(sign(Mark::weak)) + " weak", joined(weak)}});
   }
   return out;
 }

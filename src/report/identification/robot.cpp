@@ -1,6 +1,5 @@
-#include "comma_list.hpp"
+#include "joined.hpp"
 #include "report/identification/sections.hpp"
-#include "report/skeleton.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -38,7 +37,7 @@ List coupling_list(const Robot& robot) {
       turned_by.push_back(joint(coupling.joints[k]) + " (" + number(coupling.ratios[k], 6) + ")");
     }
     out.items.push_back({.text = "The motor of " + joint(coupling.motor) + " is turned by " +
-                                 comma_list(turned_by) + " as well: inertia " +
+                                 joined(turned_by) + " as well: inertia " +
                                  std::string(name(coupling.inertia)) + ", Coulomb " +
                                  std::string(name(coupling.coulomb)) + "."});
   }

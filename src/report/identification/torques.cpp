@@ -71,13 +71,10 @@ Chart torque_chart(const Evidence& evidence, std::size_t joint, const StackedRow
                    bool exact) {
   const JointFit& fit = evidence.result.fit.joints[joint];
   const TimeRows at(rows, extremes(rows.measured, most));
-  Chart out{.title = "Torque of " + fit.name,
-            .label = "Torque of " + fit.name + " over time, measured and predicted",
-            .x_label = "t [s]",
-            .y_label = "τ [" + fit.unit + "]"};
-  out.size = Chart::Size::wide;
   using enum Series::Kind;
-  out.series.push_back({"measured", "measured", line, at.time, at.of(rows.measured), {}, exact});
+  Chart out = time_chart(
+      "", "Torque of " + fit.name, "Torque of " + fit.name + " over time, measured and predicted",
+      "τ [" + fit.unit + "]", {{"measured", "measured", line, at.time, at.of(rows.measured), {}, exact}});
   if (predicted(evidence.result)) {
     out.series.push_back({"predicted", "predicted", line, at.time, at.of(rows.predicted), {}, exact});
   }
@@ -161,12 +158,9 @@ Table glance_table(const Evidence& evidence) {
 
 Chart residual_chart(const JointFit& fit, const StackedRows& rows, Index most) {
   const TimeRows at(rows, extremes(rows.residual, most));
-  Chart out{.title = "Residual of " + fit.name,
-            .label = "Residual of " + fit.name + " over time",
-            .x_label = "t [s]",
-            .y_label = "[" + fit.unit + "]"};
-  out.series.push_back({"residual", "residual", Series::Kind::line, at.time, at.of(rows.residual)});
-  out.size = Chart::Size::wide;
+  Chart out = time_chart("", "Residual of " + fit.name, "Residual of " + fit.name + " over time",
+                         "[" + fit.unit + "]",
+                         {{"residual", "residual", Series::Kind::line, at.time, at.of(rows.residual)}});
   out.height = 150.0;
   return out;
 }

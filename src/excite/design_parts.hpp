@@ -7,9 +7,37 @@
 #include <vector>
 
 #include "excite/problem.hpp"
+#include "rivid/excite/excitation.hpp"
 #include "rivid/simulate/references.hpp"
 
+// What design() is made of: the search of mma.cpp, the leads of lead.cpp, the target of target.cpp.
 namespace rivid::detail {
+
+/// Objective and limits at some variables; limits are wanted not to be positive.
+struct MmaValue {
+  double objective = 0.0;
+  Vector limits = {};  ///< (m)
+};
+
+struct MmaOptions {
+  double bound = 4.0;       ///< −bound ≤ z ≤ bound
+  double tolerance = 0.01;  ///< change of the objective below which the search ends
+  int evaluations = 500;    ///< at most
+  std::function<bool()> stopped = {};
+};
+
+struct MmaResult {
+  Vector z;  ///< the best that kept all limits, or the start
+  double objective = 0.0;
+  int evaluations = 0;
+};
+
+/// Minimum by the method of moving asymptotes [Svanberg 2002] of NLopt.
+///
+/// @param f  value(z, gradient (variables), jacobian (variables × limits))
+/// @throws InputError  where rivid was built without NLopt
+[[nodiscard]] MmaResult minimised(const std::function<MmaValue(const Vector&, Vector&, Matrix&)>& f, Vector z,
+                                  const MmaOptions& options);
 
 /// Quintic moves from rest at one pose to rest at another, as slow as the task's limits ask: along a straight
 /// line in joint space, or where that is not free through a middle of the motion or of the positions. Limits
@@ -36,5 +64,12 @@ class SequenceReference final : public Reference {
  private:
   std::vector<std::unique_ptr<const Reference>> parts_;
 };
+
+/// A motion of as few seconds as reach the options' target.
+///
+/// @param once  design of one period, for given harmonics and duration
+/// @throws InputError  where the target can not be reached; the message says what keeps from it
+[[nodiscard]] Excitation designed_for_target(const Robot& robot, const ExcitationOptions& options,
+                                             const std::function<Excitation(const ExcitationOptions&)>& once);
 
 }  // namespace rivid::detail
