@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "accept.hpp"
 #include "identify/check/judge.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
@@ -57,9 +58,7 @@ void require_logs(std::string_view who, const Robot& robot, std::span<const Log>
   }
   for (const std::span<const Log> some : {logs, validation}) {
     for (const Log& log : some) {
-      if (const auto complaint = log.complaint()) {
-        throw InputError(std::string(who) + ": " + *complaint);
-      }
+      accept(who, log.complaint());
       require_joints("position", log.q, robot, log);
       if (log.tau.size() == 0 && log.v_tau.size() == 0) {
         throw InputError(std::string(who) + ": " + log.source +
@@ -132,12 +131,8 @@ std::vector<Finding> check(const Robot& its_robot, std::span<const Log> whole_lo
                            std::span<const Log> whole_validation, const CheckOptions& asked) {
   // Findings about signals and sizes do not need another friction law.
   const Robot robot = without_load(its_robot);
-  if (const auto complaint = robot.complaint()) {
-    throw InputError("check: " + *complaint);
-  }
-  if (const auto complaint = asked.signal.complaint(robot.size())) {
-    throw InputError("check: " + *complaint);
-  }
+  detail::accept("check", robot.complaint());
+  detail::accept("check", asked.signal.complaint(robot.size()));
   if (asked.threads < 1) {
     throw InputError("check: threads is " + std::to_string(asked.threads) + ", must be at least 1");
   }

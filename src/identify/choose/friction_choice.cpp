@@ -11,6 +11,7 @@
 #include <numbers>
 #include <utility>
 
+#include "accept.hpp"
 #include "dense.hpp"
 #include "identify/choose/load_passes.hpp"
 #include "identify/choose/row_choice.hpp"
@@ -430,9 +431,7 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
   Robot linear = without_load(robot);
   Estimation estimation = asked;
   estimation.method = Wls{};
-  if (const auto fault = estimation.complaint(linear)) {
-    throw InputError("choose_friction: " + *fault);
-  }
+  detail::accept("choose_friction", estimation.complaint(linear));
   if (estimation.signal.automatic()) {
     static_cast<void>(detail::choose_rows(linear, logs, estimation));
   }

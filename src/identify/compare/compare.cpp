@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 
+#include "accept.hpp"
 #include "identify/choose/row_choice.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/comparison.hpp"
@@ -201,9 +202,7 @@ std::optional<std::string> ComparisonOptions::complaint() const {
 }
 
 PairedTest paired_test(std::span<const Vector> series, int blocks) {
-  if (const auto complaint = ComparisonOptions{.blocks = blocks}.complaint()) {
-    throw InputError("paired_test: " + *complaint);
-  }
+  detail::accept("paired_test", ComparisonOptions{.blocks = blocks}.complaint());
   PairedTest out;
   Index samples = 0;
   std::vector<Matrix> centred;
@@ -246,9 +245,7 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
   if (models.empty() || logs.empty()) {
     throw InputError("compare: there is no model, or no log to judge it by");
   }
-  if (const auto complaint = options.complaint()) {
-    throw InputError("compare: " + *complaint);
-  }
+  detail::accept("compare", options.complaint());
   expect_comparable(models);
   const std::size_t joints = models.front().robot.joints.size();
   Estimation estimation{.method = Wls{}, .signal = options.signal};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "accept.hpp"
 #include "dense.hpp"
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/infer.hpp"
@@ -173,13 +174,9 @@ EssentialParameters essential(const Robot& robot, const BaseParameters& base,
                               const Eigen::Ref<const Vector>& chi, const Eigen::Ref<const Matrix>& C_chi,
                               const Eigen::Ref<const Matrix>& root, double freedom, std::span<const Matrix> q,
                               const Essential& options) {
-  if (const auto fault = options.complaint()) {
-    throw InputError("essential: " + *fault);
-  }
+  detail::accept("essential", options.complaint());
   require_sizes(base, chi, C_chi, root);
-  if (const auto fault = base.complaint(robot)) {
-    throw InputError("essential: " + *fault);
-  }
+  detail::accept("essential", base.complaint(robot));
   if (!chi.allFinite() || !C_chi.allFinite() || !root.allFinite()) {
     throw InputError("essential: chi, C_chi and root must be finite");
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "accept.hpp"
 #include "identify/infer/parameter_set.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
@@ -234,9 +235,7 @@ DynamicModel identified_model(const Robot& robot, const Identification& result,
   if (detail::chosen_set(who, result.physical.has_value(), options) == ParameterSet::estimate) {
     return {robot, result.base, result.chi};
   }
-  if (const auto fault = result.base.complaint(robot)) {
-    throw InputError("identified_model: " + *fault);
-  }
+  detail::accept("identified_model", result.base.complaint(robot));
   return {robot, result.physical->parameters.chi_st};
 }
 

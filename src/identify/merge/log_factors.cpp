@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "accept.hpp"
 #include "identify/choose/row_choice.hpp"
 #include "identify/describe/describe.hpp"
 #include "identify/estimate/fitting_factors.hpp"
@@ -83,9 +84,7 @@ std::optional<std::string> detail::unknown_to_factors(const Robot& robot, const 
 
 SignalOptions chosen_signal(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
   Estimation chosen = estimation;
-  if (const auto fault = estimation.complaint(robot)) {
-    throw InputError("chosen_signal: " + *fault);
-  }
+  detail::accept("chosen_signal", estimation.complaint(robot));
   if (!chosen.signal.automatic()) {
     return chosen.signal;
   }
@@ -110,9 +109,7 @@ LogFactors log_factors(const Robot& robot, const Log& log, const SignalOptions& 
         "log_factors: the rows of each log would be chosen by its own noise; chosen_signal() chooses for "
         "all");
   }
-  if (const auto fault = detail::unknown_to_factors(robot, {.method = Wls{}})) {
-    throw InputError("log_factors: " + *fault);
-  }
+  detail::accept("log_factors", detail::unknown_to_factors(robot, {.method = Wls{}}));
   const BaseParameters base = base_parameters(robot);
   LogFactors out;
   out.rows = factors(robot, base, log, signal, threads);
@@ -148,9 +145,7 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
         "identify: instrumental variables simulate every log; identify from the logs themselves, by "
         "rivid.distributed of the Python package, or by method \"wls\"");
   }
-  if (const auto fault = detail::unknown_to_factors(robot, estimation)) {
-    throw InputError("identify: " + *fault);
-  }
+  detail::accept("identify", detail::unknown_to_factors(robot, estimation));
   detail::Answer answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation));
   answer.method = std::move(choice);
   return described(answer, {}, detail::Widened::whole);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "accept.hpp"
 #include "dense.hpp"
 #include "identify/payload/gains.hpp"
 #include "identify/payload/payload_model.hpp"
@@ -110,14 +111,12 @@ constexpr double usual_gain_sigma = 0.01;
 void require_usable(const Robot& robot, std::span<const LoadedLogs> with, const Estimation& asked,
                     const PayloadOptions& options) {
   require(!with.empty(), "no log with a payload is given");
-  for (const auto& fault : {robot.complaint(), options.complaint(robot)}) {
-    require(!fault, fault.value_or(""));
-  }
+  detail::accept("identify_payloads", robot.complaint());
+  detail::accept("identify_payloads", options.complaint(robot));
   const auto unknown = [](double sigma) { return std::isinf(sigma); };
   bool scale = options.gain_sigma.size() == 0 || !std::ranges::all_of(options.gain_sigma, unknown);
   for (std::size_t k = 0; k < with.size(); ++k) {
-    const auto fault = with[k].complaint();
-    require(!fault, fault.value_or(""));
+    detail::accept("identify_payloads", with[k].complaint());
     const auto same_name = [&](const LoadedLogs& other) { return other.name == with[k].name; };
     require(std::ranges::none_of(with.first(k), same_name),
             "two payloads are named " + in_quotes(with[k].name));
@@ -228,9 +227,7 @@ IdentifiedArm identified_arm(const Robot& robot, const Identification& result) {
     throw InputError("identified_arm: the result is not identified");
   }
   IdentifiedArm out{robot, result.chi, result.C_chi, result.gain_slopes, result.estimation.gain_covariance};
-  if (const auto fault = out.complaint()) {
-    throw InputError("identified_arm: " + *fault);
-  }
+  detail::accept("identified_arm", out.complaint());
   return out;
 }
 
@@ -245,8 +242,7 @@ PayloadReport identify_payloads(const Robot& robot, std::span<const Log> without
 
 PayloadReport identify_payloads(const IdentifiedArm& arm, std::span<const LoadedLogs> with,
                                 const Estimation& asked, const PayloadOptions& options) {
-  const auto fault = arm.complaint();
-  require(!fault, fault.value_or(""));
+  detail::accept("identify_payloads", arm.complaint());
   require_usable(arm.robot, with, asked, options);
   PayloadProblem problem = problem_of(arm.robot, with, asked, options);
   problem.arm = &arm;

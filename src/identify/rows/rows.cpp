@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 
+#include "accept.hpp"
 #include "dense.hpp"
 #include "identify/rows/factors.hpp"
 #include "identify/rows/row_source.hpp"
@@ -196,9 +197,7 @@ std::optional<std::string> SignalOptions::complaint(Index n) const {
 }
 
 Log joint_side(const Robot& robot, Log log) {
-  if (const auto complaint = robot.complaint()) {
-    throw InputError("joint_side: " + *complaint);
-  }
+  detail::accept("joint_side", robot.complaint());
   // One row a sample: everything is multiplied from the right.
   const Matrix R = robot.gears();
   const Matrix from_motor = detail::inverse(R).transpose();
