@@ -7,6 +7,16 @@
 
 namespace rivid::detail {
 
+// An alternative for which something speaks, in a log of that sampling rate.
+struct Told {
+  const Robot& robot;
+  const Alternative& it;
+  const AlternativeTest& test;
+  double f_m = 0.0;
+  double value = test.estimate[0];  // of the first parameter
+  double sigma = test.sigma[0];
+};
+
 // Words of an alternative, and its cure, which may be empty.
 struct AlternativeWords {
   std::string what;
@@ -20,10 +30,9 @@ struct AlternativeKind {
   bool positive = false;  // exists with positive coefficients alone
   double large =
       0.0;  // norm of the estimate above which it is no small error that something else looks like; 0: none
-  AlternativeWords (*words)(const Robot&, const Alternative&, const AlternativeTest&) = nullptr;
-  // What an experiment with that sampling rate would change; none where no key of the file stands for it.
-  std::vector<Change> (*changes)(const Robot&, const Alternative&, const AlternativeTest&,
-                                 double f_m) = nullptr;
+  AlternativeWords (*words)(const Told&) = nullptr;
+  // What an experiment would change; none where no key of the file stands for it.
+  std::vector<Change> (*changes)(const Told&) = nullptr;
 };
 
 [[nodiscard]] const AlternativeKind& kind_of(const Alternative& alternative);
