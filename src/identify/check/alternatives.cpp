@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ranges.hpp"
 #include "rivid/regressor/batch.hpp"
 
 namespace rivid::detail {
@@ -28,10 +29,11 @@ std::string joint_of(const Robot& robot, Index j) { return robot.joints[static_c
 class Effects {
  public:
   Effects(const Robot& robot, const BaseParameters& base, const ProbedRows& rows)
-      : robot_(robot), columns_(base.columns()), rows_(rows), fitted_(rows.W * rows.chi) {
-    for (const PickedLog& log : rows.logs) {
-      motions_.push_back(log.motion);
-    }
+      : robot_(robot),
+        columns_(base.columns()),
+        rows_(rows),
+        fitted_(rows.W * rows.chi),
+        motions_(made_of(rows.logs, &PickedLog::motion)) {
     told_ = torques(robot, motions_);
   }
 
@@ -364,13 +366,8 @@ std::vector<Motion> faster(std::vector<Motion> motions) {
 
 template <typename Are>
 std::vector<Index> columns_that(const BaseParameters& base, const Are& are) {
-  std::vector<Index> out;
-  for (Index i = 0; i < base.size(); ++i) {
-    if (are(base.parameters[static_cast<std::size_t>(i)].leading)) {
-      out.push_back(i);
-    }
-  }
-  return out;
+  return places_where(base.size(),
+                      [&](Index i) { return are(base.parameters[static_cast<std::size_t>(i)].leading); });
 }
 
 // What a load of a link does to the torques: its mass, first moments, and inertia about the axis of its joint.

@@ -10,6 +10,7 @@
 #include "identify/check/checks.hpp"
 #include "identify/rows/position_noise.hpp"
 #include "identify/rows/row_source.hpp"
+#include "ranges.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/signal/filter.hpp"
@@ -109,13 +110,7 @@ class OneWay {
 }  // namespace
 
 std::vector<Index> rows_that(const Eigen::Ref<const Eigen::Array<bool, Eigen::Dynamic, 1>>& hold) {
-  std::vector<Index> out;
-  for (Index k = 0; k < hold.size(); ++k) {
-    if (hold[k]) {
-      out.push_back(k);
-    }
-  }
-  return out;
+  return places_where(hold.size(), [&](Index k) { return hold[k]; });
 }
 
 std::vector<Index> spread(const std::vector<Index>& samples, Index most) {
@@ -365,11 +360,7 @@ bool TorqueProbe::usable(const JointFactor& factor, Index torque) {
 
 std::vector<JointFactor> TorqueProbe::factors(const Reading& reading, Part part) const {
   const Rows some = rows(reading, part);
-  std::vector<JointFactor> out;
-  for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
-    out.push_back(factor(reading, some, j));
-  }
-  return out;
+  return made_of(robot_.joints.size(), [&](std::size_t j) { return factor(reading, some, j); });
 }
 
 std::optional<ProbeScore> TorqueProbe::score_below(const Reading& reading, Part part, double most,

@@ -7,6 +7,7 @@
 
 #include "identify/estimate/iv_solver.hpp"
 #include "identify/rows/whitened_rows.hpp"
+#include "ranges.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -50,12 +51,7 @@ void prefilter(const EstimationProblem& problem, IvSolver& solver, Estimated& ou
     ++report.rounds;
     const Vector before = solver.history().back().chi;
     report.noise = noise_models(problem, solver, before);
-    std::vector<Vector> ar;
-    ar.reserve(report.noise.size());
-    for (const NoiseModel& model : report.noise) {
-      ar.push_back(model.ar);
-    }
-    solver.instruments().whiten(std::move(ar));
+    solver.instruments().whiten(made_of(report.noise, &NoiseModel::ar));
     const bool settled = solver.iterate_again("the whitened instruments");
     report.rows = solver.instruments().rows();
     if (!settled || solver.stands_still(solver.history().back().chi - before)) {

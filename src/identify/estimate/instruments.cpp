@@ -10,6 +10,7 @@
 #include "identify/rows/row_source.hpp"
 #include "identify/rows/time_blocks.hpp"
 #include "identify/rows/whitened_rows.hpp"
+#include "ranges.hpp"
 #include "rivid/identify/instruments.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/signal/filter.hpp"
@@ -130,12 +131,9 @@ std::vector<InstrumentalGroup> Instruments::made(std::span<const Motion> simulat
 }
 
 std::vector<Motion> Instruments::motions(std::span<const Motion> simulated) const {
-  std::vector<Motion> out;
-  out.reserve(simulated.size());
-  for (std::size_t k = 0; k < simulated.size(); ++k) {
-    out.push_back(instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal));
-  }
-  return out;
+  return made_of(simulated.size(), [&](std::size_t k) {
+    return instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal);
+  });
 }
 
 void Instruments::keep_every_row() {
@@ -152,16 +150,10 @@ std::vector<std::vector<Index>> Instruments::columns_from(FromV which) const {
     return which == FromV::all ||
            (which == FromV::signs && role(kind) == Role::dry && about(kind).basis != Basis::load);
   };
-  std::vector<std::vector<Index>> out;
-  for (const RowGroup& joint : problem_.data.groups) {
-    std::vector<Index>& own = out.emplace_back();
-    for (std::size_t c = 0; c < joint.columns.size(); ++c) {
-      if (taken(joint.columns[c])) {
-        own.push_back(static_cast<Index>(c));
-      }
-    }
-  }
-  return out;
+  return made_of(problem_.data.groups, [&](const RowGroup& joint) {
+    return places_where(std::ssize(joint.columns),
+                        [&](Index c) { return taken(joint.columns[static_cast<std::size_t>(c)]); });
+  });
 }
 
 void Instruments::count_rows() {

@@ -8,6 +8,7 @@
 #include "dense.hpp"
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/infer.hpp"
+#include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
@@ -214,10 +215,7 @@ void detail::add_essential(const EstimationProblem& problem, const Estimate& est
     out.notes.push_back("essential parameters were not looked for: the data do not determine all parameters");
     return;
   }
-  std::vector<Matrix> q;
-  for (const Log& log : problem.logs) {
-    q.push_back(log.q);
-  }
+  const std::vector<Matrix> q = detail::made_of(problem.logs, &Log::q);
   const Matrix root = decimation_factor(estimate.signals.front()) / estimate.sigma * estimate.root;
   EssentialModel& model = out.essential.emplace();
   model.options = *options;

@@ -11,6 +11,7 @@
 #include "dense.hpp"
 #include "identify/rows/factors.hpp"
 #include "identify/rows/row_source.hpp"
+#include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/text.hpp"
@@ -88,11 +89,7 @@ std::vector<double> thresholds_of(const detail::RowSource& source, const SignalO
     return options.velocity_threshold.empty() ? std::vector<double>(source.joints(), 0.0)
                                               : options.velocity_threshold;
   }
-  std::vector<double> out;
-  for (const detail::MotionMask& mask : source.masks()) {
-    out.push_back(mask.threshold);
-  }
-  return out;
+  return detail::made_of(source.masks(), &detail::MotionMask::threshold);
 }
 
 // A position that is nowhere near the others, as a corrupt line leaves it, for a message; empty where there is
@@ -275,9 +272,8 @@ RowFactors checked_factors(std::vector<RowGroup> groups, const detail::RowSource
                            const Log& log, const SignalOptions& options) {
   RowFactors out;
   out.groups = std::move(groups);
-  for (const RowGroup& group : out.groups) {
-    out.left_out.push_back(source.rows() - group.qr.rows());
-  }
+  out.left_out =
+      detail::made_of(out.groups, [&](const RowGroup& group) { return source.rows() - group.qr.rows(); });
   out.thresholds = thresholds_of(source, options);
   std::vector<Seen> seen;
   for (const RowGroup& group : out.groups) {
@@ -358,20 +354,13 @@ JointSinks<FactorSink> factor_sinks(std::span<RowGroup> groups) {
 }
 
 std::vector<RowGroup> empty_groups(std::span<const RowGroup> like) {
-  std::vector<RowGroup> out;
-  out.reserve(like.size());
-  for (const RowGroup& group : like) {
-    out.push_back({group.columns, StreamingQr(static_cast<Index>(group.columns.size()))});
-  }
-  return out;
+  return made_of(like, [&](const RowGroup& group) {
+    return RowGroup{group.columns, StreamingQr(static_cast<Index>(group.columns.size()))};
+  });
 }
 
 Index rows_of(std::span<const RowGroup> groups) {
-  Index rows = 0;
-  for (const RowGroup& group : groups) {
-    rows += group.qr.rows();
-  }
-  return rows;
+  return sum_of(groups, [&](const RowGroup& group) { return group.qr.rows(); });
 }
 
 RowFactors all_factors(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
