@@ -77,10 +77,8 @@ void ProbedRows::stack(const std::vector<Observation>& of_logs, Index parameters
     const PickedLog& log = logs[piece.log];
     const JointRows& of_joint = of_logs[piece.log].joints[static_cast<std::size_t>(piece.joint)];
     const double weight = weights[piece.joint];
-    for (std::size_t c = 0; c < of_joint.columns.size(); ++c) {
-      W.col(of_joint.columns[c]).segment(piece.first, piece.size()) =
-          weight * of_joint.W.col(static_cast<Index>(c))(piece.instants);
-    }
+    W(Eigen::seqN(piece.first, piece.size()), of_joint.columns) =
+        weight * of_joint.W(piece.instants, Eigen::all);
     for (Index i = 0; i < piece.size(); ++i) {
       const Index instant =
           log.instants[static_cast<std::size_t>(piece.instants[static_cast<std::size_t>(i)])];

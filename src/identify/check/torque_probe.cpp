@@ -412,9 +412,7 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
     const JointFactor& f = factors[j];
     const double unit = reading.torque_sign[static_cast<Index>(j)];
     const double weight = 1.0 / std::sqrt(unit * unit * f.centred[reading.torque[j]]);
-    for (std::size_t c = 0; c < f.columns.size(); ++c) {
-      A.col(f.columns[c]).segment(row, f.R.rows()) = weight * f.R.col(static_cast<Index>(c));
-    }
+    A(Eigen::seqN(row, f.R.rows()), f.columns) = weight * f.R;
     y.segment(row, f.R.rows()) = weight * unit * f.Z.col(reading.torque[j]);
     row += f.R.rows();
   }
@@ -436,10 +434,7 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
     }
     const JointFactor& f = factors[j];
     const auto at = static_cast<Index>(j);
-    Vector chi(f.R.cols());
-    for (std::size_t c = 0; c < f.columns.size(); ++c) {
-      chi[static_cast<Index>(c)] = out.chi[f.columns[c]];
-    }
+    const Vector chi = out.chi(f.columns);
     const Vector r = reading.torque_sign[at] * f.Z.col(reading.torque[j]) - f.R * chi;
     const double square = reading.torque_sign[at] * reading.torque_sign[at];
     out.left[at] = (r.squaredNorm() / square + f.rest[reading.torque[j]]) / f.centred[reading.torque[j]];
