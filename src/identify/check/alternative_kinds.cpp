@@ -1,11 +1,10 @@
-#include "identify/check/alternative_kinds.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
+#include "identify/check/alternatives.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {

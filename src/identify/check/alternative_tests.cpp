@@ -1,8 +1,7 @@
-#include "identify/check/alternative_tests.hpp"
-
 #include <cmath>
 
 #include "dense.hpp"
+#include "identify/check/alternatives.hpp"
 #include "ranges.hpp"
 #include "rivid/solve/inference.hpp"
 

@@ -8,8 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "identify/check/alternative_kinds.hpp"
-#include "identify/check/alternative_tests.hpp"
+#include "identify/check/alternatives.hpp"
 #include "identify/check/checks.hpp"
 #include "rivid/text.hpp"
 

@@ -1,5 +1,3 @@
-#include "identify/payload/gains.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,7 +5,7 @@
 
 #include "accept.hpp"
 #include "dense.hpp"
-#include "identify/payload/judged_load.hpp"
+#include "identify/payload/payload_model.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"

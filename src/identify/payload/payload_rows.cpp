@@ -1,6 +1,5 @@
-#include "identify/payload/payload_rows.hpp"
-
 #include "identify/choose/row_choice.hpp"
+#include "identify/payload/payload_model.hpp"
 #include "identify/rows/row_source.hpp"
 
 namespace rivid::detail {
