@@ -25,10 +25,9 @@ std::vector<NoiseModel> noise_models(const EstimationProblem& problem, const IvS
   const std::vector<Motion> V = instruments.motions(solver.last_loops().motions);
   std::vector<StreamingQr> lagged(joints.size(), StreamingQr(order > 0 ? order : Iv::most_prefilter_order));
   for (std::size_t k = 0; k < problem.logs.size(); ++k) {
-    JointSinks<LaggedResidualSink> sinks(lagged.size());
-    for (std::size_t j = 0; j < lagged.size(); ++j) {
-      sinks.add(lagged[j], chi(joints[j].columns), instruments.from_V()[j]);
-    }
+    const JointSinks<LaggedResidualSink> sinks(lagged.size(), [&](std::size_t j) {
+      return LaggedResidualSink(lagged[j], chi(joints[j].columns), instruments.from_V()[j]);
+    });
     problem.send_rows(k, instruments.signals()[k], sinks.sinks(), std::span(&V[k], 1));
   }
   std::vector<NoiseModel> out;

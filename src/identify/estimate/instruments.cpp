@@ -114,13 +114,12 @@ std::vector<InstrumentalGroup> Instruments::made(std::span<const Motion> simulat
     used_ = empty_groups(joints);
   }
   for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
-    JointSinks<InstrumentSink> sinks(groups.size());
-    std::vector<Index> widths;
-    for (std::size_t j = 0; j < groups.size(); ++j) {
-      sinks.add(groups[j].qr, from_V_[j], used_.empty() ? nullptr : &used_[j].qr, blocks_, j,
-                problem_.logs[k].samples());
-      widths.push_back(2 * groups[j].qr.columns() + 1);
-    }
+    const JointSinks<InstrumentSink> sinks(groups.size(), [&](std::size_t j) {
+      return InstrumentSink(groups[j].qr, from_V_[j], used_.empty() ? nullptr : &used_[j].qr, blocks_, j,
+                            problem_.logs[k].samples());
+    });
+    const std::vector<Index> widths =
+        made_of(groups, [](const InstrumentalGroup& group) { return 2 * group.qr.columns() + 1; });
     const ReweightedSinks reweighted(sinks.sinks(), reweighting_, joints, from_V_);
     const WhitenedSinks whitened(reweighted.sinks(), whitening_, widths);
     const Motion V = instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal);
@@ -184,10 +183,9 @@ std::vector<Observation> instrument_rows(const Robot& robot, const Identificatio
   for (std::size_t k = 0; k < logs.size(); ++k) {
     // The samples of rows(), which knows of no transient.
     detail::RowSource source(robot, problem.base, logs[k], result.estimation.signal, *problem.team);
-    detail::JointSinks<detail::HeldRows> held(source.joints());
-    for (std::size_t j = 0; j < source.joints(); ++j) {
-      held.add(source.rows(), 2 * static_cast<Index>(source.columns(j).size()) + 1);
-    }
+    const detail::JointSinks<detail::HeldRows> held(source.joints(), [&](std::size_t j) {
+      return detail::HeldRows(source.rows(), 2 * std::ssize(source.columns(j)) + 1);
+    });
     source.send(held.sinks(), std::span(&V[k], 1));
     Observation& rows = out.emplace_back();
     rows.columns = problem.base.size();

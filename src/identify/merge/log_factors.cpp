@@ -19,17 +19,15 @@ namespace rivid {
 namespace {
 
 // Takes the rows of a joint into the factors of their blocks of time.
-class BlockedRows final : public detail::RowSink {
+class BlockedRows final : public detail::BufferedSink {
  public:
   // joint    whose rows come
   // samples  of the log
   BlockedRows(std::vector<std::vector<RowGroup>>& blocks, std::size_t joint, Index samples)
-      : blocks_(blocks),
+      : BufferedSink(std::ssize(blocks.front()[joint].columns) + 1),
+        blocks_(blocks),
         joint_(joint),
-        time_({{samples, 1.0}}, std::ssize(blocks)),
-        rows_(detail::RowSource::most_wanted, std::ssize(blocks.front()[joint].columns) + 1) {}
-
-  RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
+        time_({{samples, 1.0}}, std::ssize(blocks)) {}
 
   void commit(std::span<const Index> samples) override {
     time_.divide(0, samples, [&](Index block, Index first, Index count) {
@@ -43,7 +41,6 @@ class BlockedRows final : public detail::RowSink {
   std::vector<std::vector<RowGroup>>& blocks_;
   std::size_t joint_;
   detail::TimeBlocks time_;
-  Matrix rows_;
 };
 
 std::vector<std::vector<RowGroup>> blocks_of_log(const Robot& robot, const BaseParameters& base,
@@ -55,10 +52,8 @@ std::vector<std::vector<RowGroup>> blocks_of_log(const Robot& robot, const BaseP
   }
   detail::ThreadTeam team(threads);
   detail::RowSource source(robot, base, log, signal, team);
-  detail::JointSinks<BlockedRows> sinks(source.joints());
-  for (std::size_t j = 0; j < source.joints(); ++j) {
-    sinks.add(out, j, log.samples());
-  }
+  const detail::JointSinks<BlockedRows> sinks(
+      source.joints(), [&](std::size_t j) { return BlockedRows(out, j, log.samples()); });
   source.send(sinks.sinks());
   return out;
 }

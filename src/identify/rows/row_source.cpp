@@ -351,10 +351,8 @@ void RowSource::send_parts(std::span<RowSink* const> sinks, std::span<const Moti
     run(stream, others, progress);
     return;
   }
-  JointSinks<HeldRows> series(joints());
-  for (std::size_t j = 0; j < joints(); ++j) {
-    series.add(range_.count, row_width(j, parts));
-  }
+  const JointSinks<HeldRows> series(
+      joints(), [&](std::size_t j) { return HeldRows(range_.count, row_width(j, parts)); });
   Stream all = planned(series.sinks(), parts, team_.size());
   for (StreamedJoint& joint : all.joints) {
     joint.all_kept = true;

@@ -239,10 +239,9 @@ Observation decimate(Observation W, int n_d, Convention convention) {
 Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const SignalOptions& options) {
   detail::ThreadTeam alone(1);
   detail::RowSource source(robot, base, log, options, alone);
-  detail::JointSinks<detail::HeldRows> held(source.joints());
-  for (std::size_t j = 0; j < source.joints(); ++j) {
-    held.add(source.rows(), static_cast<Index>(source.columns(j).size()) + 1);
-  }
+  detail::JointSinks<detail::HeldRows> held(source.joints(), [&](std::size_t j) {
+    return detail::HeldRows(source.rows(), std::ssize(source.columns(j)) + 1);
+  });
   source.send(held.sinks());
 
   Rows out;
@@ -346,11 +345,7 @@ void add_factors(RowFactors& into, RowFactors part) {
 }
 
 JointSinks<FactorSink> factor_sinks(std::span<RowGroup> groups) {
-  JointSinks<FactorSink> out(groups.size());
-  for (RowGroup& group : groups) {
-    out.add(group.qr);
-  }
-  return out;
+  return {groups.size(), [&](std::size_t j) { return FactorSink(groups[j].qr); }};
 }
 
 std::vector<RowGroup> empty_groups(std::span<const RowGroup> like) {
