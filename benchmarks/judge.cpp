@@ -1,8 +1,6 @@
 // What judging costs beside the estimate: benchmark_judge EXPERIMENT.toml …, processor seconds of one thread,
 // the median of 15 turns.
 
-#include "identify/check/judge.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -10,6 +8,7 @@
 #include <exception>
 #include <vector>
 
+#include "identify/check/checks.hpp"
 #include "rivid/experiment/experiment.hpp"
 #include "rivid/identify/friction_choice.hpp"
 

@@ -6,6 +6,7 @@
 #include <new>
 #include <thread>
 
+#include "accept.hpp"
 #include "dense.hpp"
 #include "regressor/batch_kernel.hpp"
 #include "rivid/error.hpp"
@@ -20,9 +21,7 @@ namespace {
 constexpr std::size_t alignment = 64;
 
 Simd usable(const BatchOptions& options) {
-  if (const auto complaint = options.complaint()) {
-    throw InputError("RegressorBatch: " + *complaint);
-  }
+  detail::accept("RegressorBatch", options.complaint());
   return detail::resolved(options.simd);
 }
 
@@ -292,9 +291,7 @@ Matrix Observation::dense() const {
 
 Observation observation(const Robot& robot, const BaseParameters& base, const Motion& motion,
                         const BatchOptions& options) {
-  if (const auto fault = base.complaint(robot)) {
-    throw InputError("observation: " + *fault);
-  }
+  detail::accept("observation", base.complaint(robot));
   const RegressorBatch batch(robot, base.columns(), options);
   batch.require("observation", motion, 0, motion.samples());
   const LoadColumns load("observation", robot, base, batch);
@@ -369,9 +366,7 @@ Matrix triangle(const Robot& robot, std::span<const StandardParameter> standard,
 }  // namespace
 
 BaseParameters base_parameters(const Robot& robot, const Motion& motion, double tolerance) {
-  if (const auto complaint = robot.complaint()) {
-    throw InputError("base_parameters: " + *complaint);
-  }
+  detail::accept("base_parameters", robot.complaint());
   if (std::isnan(tolerance) || tolerance <= 0.0 || tolerance >= 1.0) {
     throw InputError("base_parameters: tolerance is " + number(tolerance) + ", must lie between 0 and 1");
   }

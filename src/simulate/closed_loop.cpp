@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "accept.hpp"
 #include "rivid/error.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
 #include "rivid/text.hpp"
@@ -72,9 +73,7 @@ void check_sizes(const Robot& robot, const DynamicModel& model, const Reference&
     throw InputError("simulate: the reference begins at " + number(reference.begin()) + " s and lasts " +
                      number(duration) + " s; both must be finite, and the second not negative");
   }
-  if (const auto fault = options.complaint(n, duration)) {
-    throw InputError("simulate: " + *fault);
-  }
+  detail::accept("simulate", options.complaint(n, duration));
   Vector q_r(n);
   Vector qd_r(n);
   Vector qdd_r(n);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "accept.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -195,9 +196,7 @@ std::optional<std::string> NoiseOptions::complaint(Index n) const {
 }
 
 SimulationOptions with_noise(SimulationOptions options, const NoiseOptions& noise, Index n) {
-  if (const auto fault = noise.complaint(n)) {
-    throw InputError("with_noise: " + *fault);
-  }
+  detail::accept("with_noise", noise.complaint(n));
   Sampling& sampling = options.sampling;
   const bool sampled = sampling.period > 0.0;
   const double period = sampled ? sampling.period : 1.0 / options.f_m;
@@ -240,9 +239,7 @@ SimulationOptions with_noise(SimulationOptions options, const NoiseOptions& nois
 
 Log measured_log(const Simulation& simulation, const SimulationOptions& options, const NoiseOptions& noise) {
   const Index n = simulation.motion.q.cols();
-  if (const auto fault = noise.complaint(n)) {
-    throw InputError("measured_log: " + *fault);
-  }
+  detail::accept("measured_log", noise.complaint(n));
   if (const Index quanta = options.sampling.quantum.size(); quanta != 0 && quanta != n) {
     throw InputError("measured_log: sampling.quantum has " + counted(quanta, "value") +
                      ", must have one for each of " + counted(n, "joint"));

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "accept.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -238,9 +239,7 @@ std::optional<std::string> FourierSeries::complaint() const {
 }
 
 FourierReference::FourierReference(FourierSeries series) : series_(std::move(series)) {
-  if (const auto complaint = series_.complaint()) {
-    throw InputError("FourierReference: " + *complaint);
-  }
+  detail::accept("FourierReference", series_.complaint());
   if (series_.q0.size() == 0) {
     series_.q0 = Vector::Zero(joints());
   }
@@ -364,9 +363,7 @@ std::optional<std::string> PointToPoint::complaint() const {
 
 PointToPointReference::PointToPointReference(const PointToPoint& moves)
     : profile_(moves.profile), via_(moves.via.transpose()) {
-  if (const auto complaint = moves.complaint()) {
-    throw InputError("PointToPointReference: " + *complaint);
-  }
+  detail::accept("PointToPointReference", moves.complaint());
   const auto rest = [&](Index point) {
     return moves.dwell.size() == 0 ? 0.0 : one_or_all(moves.dwell, point);
   };

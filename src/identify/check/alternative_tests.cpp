@@ -1,8 +1,8 @@
-#include "identify/check/alternative_tests.hpp"
-
 #include <cmath>
 
 #include "dense.hpp"
+#include "identify/check/alternatives.hpp"
+#include "ranges.hpp"
 #include "rivid/solve/inference.hpp"
 
 namespace rivid::detail {
@@ -39,10 +39,7 @@ struct UnitColumns {
 };
 
 UnitColumns unit_columns(const ProbedRows& rows, std::span<const Alternative> alternatives) {
-  Index columns = 0;
-  for (const Alternative& one : alternatives) {
-    columns += one.effect.cols();
-  }
+  const Index columns = sum_of(alternatives, [&](const Alternative& one) { return one.effect.cols(); });
   UnitColumns out{Matrix(rows.Y.size(), columns), Vector(columns)};
   Index at = 0;
   for (const Alternative& one : alternatives) {
@@ -63,13 +60,7 @@ Matrix products(const ProbedRows& rows, const Matrix& E) {
   for (const ProbedRows::Piece& piece : rows.pieces) {
     const auto some = Eigen::seqN(piece.first, piece.size());
     const auto nonzero = [&](const Matrix& x) {
-      std::vector<Index> columns;
-      for (Index c = 0; c < x.cols(); ++c) {
-        if ((x.col(c)(some).array() != 0.0).any()) {
-          columns.push_back(c);
-        }
-      }
-      return columns;
+      return places_where(x.cols(), [&](Index c) { return (x.col(c)(some).array() != 0.0).any(); });
     };
     const std::vector<Index> of_W = nonzero(rows.W);
     const std::vector<Index> of_E = nonzero(E);

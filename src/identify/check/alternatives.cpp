@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ranges.hpp"
 #include "rivid/regressor/batch.hpp"
 
 namespace rivid::detail {
@@ -23,15 +24,33 @@ bool is_revolute(const Robot& robot, Index j) {
 
 std::string joint_of(const Robot& robot, Index j) { return robot.joints[static_cast<std::size_t>(j)].name; }
 
+template <typename Are>
+std::vector<Index> columns_that(const BaseParameters& base, const Are& are) {
+  return places_where(base.size(),
+                      [&](Index i) { return are(base.parameters[static_cast<std::size_t>(i)].leading); });
+}
+
+// Torques of all joints along a motion, (samples × n).
+Matrix torques_along(const RegressorBatch& batch, const Motion& motion, const Vector& chi) {
+  RegressorBlock block(batch, std::max<Index>(motion.samples(), 1));
+  batch.fill(motion, 0, motion.samples(), block);
+  Matrix out(motion.samples(), static_cast<Index>(batch.joints()));
+  for (std::size_t j = 0; j < batch.joints(); ++j) {
+    out.col(static_cast<Index>(j)) = block.W(j) * chi(batch.of_joint(j));
+  }
+  return out;
+}
+
 // Torques that the same parameters make in another robot or of another motion, less those of the
 // experiment's.
 class Effects {
  public:
   Effects(const Robot& robot, const BaseParameters& base, const ProbedRows& rows)
-      : robot_(robot), columns_(base.columns()), rows_(rows), fitted_(rows.W * rows.chi) {
-    for (const PickedLog& log : rows.logs) {
-      motions_.push_back(log.motion);
-    }
+      : robot_(robot),
+        columns_(base.columns()),
+        rows_(rows),
+        fitted_(rows.W * rows.chi),
+        motions_(made_of(rows.logs, &PickedLog::motion)) {
     told_ = torques(robot, motions_);
   }
 
@@ -51,14 +70,11 @@ class Effects {
     const RegressorBatch batch(robot, columns_);
     Vector out(rows_.Y.size());
     for (std::size_t l = 0; l < motions.size(); ++l) {
-      const Index samples = motions[l].samples();
-      RegressorBlock block(batch, std::max<Index>(samples, 1));
-      batch.fill(motions[l], 0, samples, block);
+      const Matrix all = torques_along(batch, motions[l], rows_.chi);
       for (const ProbedRows::Piece& piece : rows_.pieces) {
         if (piece.log == l) {
-          const auto j = static_cast<std::size_t>(piece.joint);
-          const Vector all = block.W(j) * rows_.chi(batch.of_joint(j));
-          out.segment(piece.first, piece.size()) = rows_.weights[piece.joint] * all(piece.instants);
+          out.segment(piece.first, piece.size()) =
+              rows_.weights[piece.joint] * all.col(piece.joint)(piece.instants);
         }
       }
     }
@@ -147,11 +163,9 @@ void add_gains(const Robot& robot, const ProbedRows& rows, const Effects& effect
 // The parameters whose torques load gears and bearings: all but those of drives and friction.
 Vector loading(const BaseParameters& base, const Vector& chi) {
   Vector out = chi;
-  for (Index i = 0; i < base.size(); ++i) {
-    if (role(base.parameters[static_cast<std::size_t>(i)].leading.kind) != Role::inertial) {
-      out[i] = 0.0;
-    }
-  }
+  out(columns_that(base, [](const StandardParameter& p) {
+    return role(p.kind) != Role::inertial;
+  })).setZero();
   return out;
 }
 
@@ -259,26 +273,20 @@ void add_delay(const Robot& robot, const BaseParameters& base, const ProbedRows&
                std::vector<Alternative>& out) {
   const RegressorBatch batch(robot, base.columns());
   Vector chi = rows.chi;
-  for (Index i = 0; i < base.size(); ++i) {
-    if (role(base.parameters[static_cast<std::size_t>(i)].leading.kind) == Role::dry) {
-      chi[i] = 0.0;
-    }
-  }
+  chi(columns_that(base, [](const StandardParameter& p) { return role(p.kind) == Role::dry; })).setZero();
   Matrix effect = Matrix::Zero(rows.Y.size(), 1);
   for (std::size_t l = 0; l < rows.logs.size(); ++l) {
     const ProbedLog& log = *rows.logs[l].log;
     if (log.size() < 3) {
       continue;
     }
-    RegressorBlock block(batch, log.size());
-    batch.fill(log.motion, 0, log.size(), block);
     const double per_instant = log.log->f_m / static_cast<double>(log.samples[1] - log.samples[0]);
+    const Matrix late =
+        -rate(torques_along(batch, log.motion, chi), per_instant)(rows.logs[l].instants, Eigen::all);
     for (const ProbedRows::Piece& piece : rows.pieces) {
       if (piece.log == l) {
-        const auto j = static_cast<std::size_t>(piece.joint);
-        const Matrix late = -rate(block.W(j) * chi(batch.of_joint(j)), per_instant)(rows.logs[l].instants, 0);
         effect.col(0).segment(piece.first, piece.size()) =
-            rows.weights[piece.joint] * late.col(0)(piece.instants);
+            rows.weights[piece.joint] * late.col(piece.joint)(piece.instants);
       }
     }
   }
@@ -290,16 +298,14 @@ void add_delay(const Robot& robot, const BaseParameters& base, const ProbedRows&
 double link_inertia(const Robot& robot, const BaseParameters& base, const Vector& loads, Index j,
                     std::vector<Motion> motions) {
   const RegressorBatch batch(with_gravity(robot, Eigen::Vector3d::Zero()), base.columns());
-  const auto at = static_cast<std::size_t>(j);
   double sum = 0.0;
   double instants = 0.0;
   for (Motion& motion : motions) {
     motion.qd.setZero();
     motion.qdd.setZero();
     motion.qdd.col(j).setOnes();
-    RegressorBlock block(batch, std::max<Index>(motion.samples(), 1));
-    batch.fill(motion, 0, motion.samples(), block);
-    sum += (block.W(at) * loads(batch.of_joint(at))).head(motion.samples()).sum();
+    const Vector own = torques_along(batch, motion, loads).col(j);
+    sum += own.sum();
     instants += static_cast<double>(motion.samples());
   }
   return sum / std::max(instants, 1.0);
@@ -310,17 +316,8 @@ void add_elasticity(const Robot& robot, const BaseParameters& base, const Probed
                     const Effects& effects, std::vector<Alternative>& out) {
   const RegressorBatch batch(robot, base.columns());
   const Vector loads = loading(base, rows.chi);
-  std::vector<Matrix> load;  // of each log, (instants × n)
-  for (const PickedLog& picked : rows.logs) {
-    const ProbedLog& log = *picked.log;
-    RegressorBlock block(batch, std::max<Index>(log.size(), 1));
-    batch.fill(log.motion, 0, log.size(), block);
-    Matrix& of_log = load.emplace_back(log.size(), robot.size());
-    for (Index j = 0; j < robot.size(); ++j) {
-      const auto at = static_cast<std::size_t>(j);
-      of_log.col(j) = (block.W(at) * loads(batch.of_joint(at))).head(log.size());
-    }
-  }
+  const std::vector<Matrix> load = made_of(  // of each log, (instants × n)
+      rows.logs, [&](const PickedLog& log) { return torques_along(batch, log.log->motion, loads); });
   for (Index j = 0; j < robot.size(); ++j) {
     std::vector<Motion> motions = effects.motions();
     for (std::size_t l = 0; l < motions.size(); ++l) {
@@ -360,17 +357,6 @@ std::vector<Motion> faster(std::vector<Motion> motions) {
     motion.qdd *= (1.0 + small_step) * (1.0 + small_step);
   }
   return motions;
-}
-
-template <typename Are>
-std::vector<Index> columns_that(const BaseParameters& base, const Are& are) {
-  std::vector<Index> out;
-  for (Index i = 0; i < base.size(); ++i) {
-    if (are(base.parameters[static_cast<std::size_t>(i)].leading)) {
-      out.push_back(i);
-    }
-  }
-  return out;
 }
 
 // What a load of a link does to the torques: its mass, first moments, and inertia about the axis of its joint.

@@ -8,8 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "identify/check/alternative_kinds.hpp"
-#include "identify/check/alternative_tests.hpp"
+#include "identify/check/alternatives.hpp"
 #include "identify/check/checks.hpp"
 #include "rivid/text.hpp"
 
@@ -119,12 +118,6 @@ std::vector<ModelTest> in_report(const std::vector<Alternative>& all, const Iden
   return out;
 }
 
-std::vector<Change> changes_of(const Robot& robot, const Alternative& named, const AlternativeTest& test,
-                               double f_m) {
-  const AlternativeKind& kind = kind_of(named);
-  return kind.changes == nullptr ? std::vector<Change>() : kind.changes(robot, named, test, f_m);
-}
-
 // tests  those of `believed`; the first one is of `named`
 void add_finding(const Robot& robot, const Identification& result, const Alternative& named,
                  std::span<const AlternativeTest> tests, std::span<const ModelTest> believed, double f_m,
@@ -132,7 +125,8 @@ void add_finding(const Robot& robot, const Identification& result, const Alterna
   const AlternativeTest& test = tests.front();
   const Harm harm = harm_of(result, test.shift);
   const AlternativeKind& kind = kind_of(named);
-  const AlternativeWords words = kind.words(robot, named, test);
+  const Told told{robot, named, test, f_m};
+  const AlternativeWords words = kind.words(told);
   std::string text =
       words.what + ": " + number(std::round(100.0 * test.held_out), 3) +
       " % of the squared residual goes with it, on blocks of time that took no part; it moves " +
@@ -147,7 +141,7 @@ void add_finding(const Robot& robot, const Identification& result, const Alterna
   if (!rivals.empty()) {
     text += "; nearly as much goes with " + listed(rivals);
   }
-  std::vector<Change> changes = changes_of(robot, named, test, f_m);
+  std::vector<Change> changes = kind.changes == nullptr ? std::vector<Change>() : kind.changes(told);
   // Which of those that explain nearly as much is the fault is not known.
   const bool is_grave = std::ranges::any_of(tests, [&](const AlternativeTest& other) {
     return other.held_out > rival_part * test.held_out && harm_of(result, other.shift).is_grave;
@@ -423,11 +417,12 @@ void check_together(const Robot& robot, std::span<const Log> logs, const Log& va
       out.has("model_mismatch", named.subject)) {
     return;
   }
+  const Told told{robot, named, found.front(), validation.f_m};
   out.add("model_mismatch", named.subject,
-          kind.words(robot, named, found.front()).what + ": so say the logs of the fit and " +
-              validation.source + " together, of whose squared residual " +
+          kind.words(told).what + ": so say the logs of the fit and " + validation.source +
+              " together, of whose squared residual " +
               number(std::round(100.0 * found.front().held_out), 3) + " % goes with it",
-          kind.changes(robot, named, found.front(), validation.f_m));
+          kind.changes(told));
 }
 
 }  // namespace rivid::detail

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "identify/rows/time_blocks.hpp"
+#include "ranges.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/solve/streaming_qr.hpp"
 
@@ -21,10 +22,7 @@ constexpr Index rows_of_a_column = 3;
 }  // namespace
 
 void ProbedRows::pick_instants(const TorqueProbe& probe) {
-  Index instants = 0;
-  for (const ProbedLog& log : probe.logs()) {
-    instants += log.size();
-  }
+  const Index instants = sum_of(probe.logs(), &ProbedLog::size);
   const Index every = std::max<Index>(1, instants / most_instants);
   for (const ProbedLog& log : probe.logs()) {
     PickedLog& picked = logs.emplace_back();
@@ -33,9 +31,9 @@ void ProbedRows::pick_instants(const TorqueProbe& probe) {
     for (Index i = 0; i < log.size(); i += every) {
       taken[static_cast<std::size_t>(i)] = true;
     }
+    const auto is_taken = [&](Index i) -> bool { return taken[static_cast<std::size_t>(i)]; };
     for (Index j = 0; j < log.moves.cols(); ++j) {
       const std::vector<Index> moving = rows_that(log.moves.col(j));
-      const auto is_taken = [&](Index i) { return taken[static_cast<std::size_t>(i)]; };
       const Index least = wanted[static_cast<std::size_t>(j)] * log.size() / std::max<Index>(instants, 1) + 1;
       if (std::ranges::count_if(moving, is_taken) < least) {
         for (const Index i : spread(moving, least)) {
@@ -43,11 +41,7 @@ void ProbedRows::pick_instants(const TorqueProbe& probe) {
         }
       }
     }
-    for (Index i = 0; i < log.size(); ++i) {
-      if (taken[static_cast<std::size_t>(i)]) {
-        picked.instants.push_back(i);
-      }
-    }
+    picked.instants = places_where(log.size(), is_taken);
     picked.motion = {log.motion.q(picked.instants, Eigen::all), log.motion.qd(picked.instants, Eigen::all),
                      log.motion.qdd(picked.instants, Eigen::all)};
   }
@@ -58,11 +52,9 @@ void ProbedRows::cut_pieces(Index joints) {
   for (Index j = 0; j < joints; ++j) {
     for (std::size_t l = 0; l < logs.size(); ++l) {
       Piece piece{j, l, {}, row};
-      for (std::size_t i = 0; i < logs[l].instants.size(); ++i) {
-        if (logs[l].log->moves(logs[l].instants[i], j)) {
-          piece.instants.push_back(static_cast<Index>(i));
-        }
-      }
+      piece.instants = places_where(std::ssize(logs[l].instants), [&](Index i) {
+        return logs[l].log->moves(logs[l].instants[static_cast<std::size_t>(i)], j);
+      });
       row += piece.size();
       pieces.push_back(std::move(piece));
     }
@@ -70,18 +62,12 @@ void ProbedRows::cut_pieces(Index joints) {
 }
 
 Index ProbedRows::rows_of(Index joint) const {
-  Index out = 0;
-  for (const Piece& piece : pieces) {
-    out += piece.joint == joint ? piece.size() : 0;
-  }
-  return out;
+  return sum_of(pieces, [&](const Piece& piece) { return piece.joint == joint ? piece.size() : 0; });
 }
 
 void ProbedRows::stack(const std::vector<Observation>& of_logs, Index parameters) {
-  std::vector<Duration> lasting;
-  for (const PickedLog& log : logs) {
-    lasting.push_back({log.log->log->samples(), log.log->log->f_m});
-  }
+  std::vector<Duration> lasting = made_of(
+      logs, [&](const PickedLog& log) { return Duration{log.log->log->samples(), log.log->log->f_m}; });
   const TimeBlocks time_blocks(std::move(lasting), wanted_blocks);
   blocks = time_blocks.count();
   const Index rows = pieces.back().first + pieces.back().size();
@@ -91,10 +77,8 @@ void ProbedRows::stack(const std::vector<Observation>& of_logs, Index parameters
     const PickedLog& log = logs[piece.log];
     const JointRows& of_joint = of_logs[piece.log].joints[static_cast<std::size_t>(piece.joint)];
     const double weight = weights[piece.joint];
-    for (std::size_t c = 0; c < of_joint.columns.size(); ++c) {
-      W.col(of_joint.columns[c]).segment(piece.first, piece.size()) =
-          weight * of_joint.W.col(static_cast<Index>(c))(piece.instants);
-    }
+    W(Eigen::seqN(piece.first, piece.size()), of_joint.columns) =
+        weight * of_joint.W(piece.instants, Eigen::all);
     for (Index i = 0; i < piece.size(); ++i) {
       const Index instant =
           log.instants[static_cast<std::size_t>(piece.instants[static_cast<std::size_t>(i)])];
@@ -107,15 +91,12 @@ void ProbedRows::stack(const std::vector<Observation>& of_logs, Index parameters
 ProbedRows::ProbedRows(const TorqueProbe& probe, const Robot& robot, const Identification& result)
     : weights(Eigen::Map<const Vector>(result.weights.data(), robot.size())) {
   const RegressorBatch batch(robot, result.base.columns());
-  for (std::size_t j = 0; j < batch.joints(); ++j) {
-    wanted.push_back(rows_of_a_column * std::ssize(batch.of_joint(j)));
-  }
+  wanted = made_of(batch.joints(),
+                   [&](std::size_t j) -> Index { return rows_of_a_column * std::ssize(batch.of_joint(j)); });
   pick_instants(probe);
   cut_pieces(robot.size());
-  std::vector<Observation> of_logs;
-  for (const PickedLog& log : logs) {
-    of_logs.push_back(probe.averaged_observation(*log.log, log.instants));
-  }
+  const std::vector<Observation> of_logs =
+      made_of(logs, [&](const PickedLog& log) { return probe.averaged_observation(*log.log, log.instants); });
   stack(of_logs, result.base.size());
 }
 

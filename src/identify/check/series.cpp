@@ -7,6 +7,7 @@
 
 #include "identify/check/checks.hpp"
 #include "identify/rows/exact_rows.hpp"
+#include "ranges.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/signal/filter.hpp"
 #include "rivid/text.hpp"
@@ -313,12 +314,7 @@ void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings
   constexpr double lost_part = 0.5;
   const Index n = log.q.cols();
   const Index m = log.samples() - 4;
-  std::vector<Index> moving;
-  for (Index j = 0; j < n; ++j) {
-    if (!stands_still(log.q.col(j))) {
-      moving.push_back(j);
-    }
-  }
+  const std::vector<Index> moving = places_where(n, [&](Index j) { return !stands_still(log.q.col(j)); });
   if (moving.size() < 2 || m < 100) {
     return;
   }

@@ -13,6 +13,7 @@
 #include "dense.hpp"
 #include "identify/check/checks.hpp"
 #include "identify/check/torque_probe.hpp"
+#include "ranges.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/solve/streaming_qr.hpp"
 #include "rivid/text.hpp"
@@ -48,10 +49,7 @@ bool describes_bodies(const Robot& robot) {
   constexpr double next_to_nothing = 0.01;  // [kg]
   constexpr double least_length = 0.5;      // of an arm [m]
   constexpr double largest_gyration = 0.5;  // over the length
-  double length = 0.0;
-  for (const Chain::Link& link : robot.chain.links) {
-    length += link.p.norm();
-  }
+  const double length = sum_of(robot.chain.links, [&](const Chain::Link& link) { return link.p.norm(); });
   std::vector<double> masses;
   std::vector<double> inertias;  // half the trace about the centre of mass
   for (const Inertial& i : robot.inertials) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dense.hpp"
+#include "ranges.hpp"
 #include "rivid/solve/inference.hpp"
 #include "rivid/text.hpp"
 
@@ -25,12 +26,8 @@ constexpr double widest_interval = 0.1;
 
 void TargetSums::add(const Eigen::Ref<const Vector>& current, const Eigen::Ref<const Vector>& torque,
                      const Eigen::Ref<const Vector>& velocity, double slowest) {
-  std::vector<Index> moving;
-  for (Index k = 0; k < velocity.size(); ++k) {
-    if (std::abs(velocity[k]) > slowest) {
-      moving.push_back(k);
-    }
-  }
+  const std::vector<Index> moving =
+      places_where(velocity.size(), [&](Index k) { return std::abs(velocity[k]) > slowest; });
   if (static_cast<Index>(moving.size()) < fewest_samples) {
     return;
   }
@@ -84,10 +81,8 @@ TargetGain TargetSums::gain() const {
         "its target torque and friction leave " + number(100.0 * left, 2) + " % of its target current";
     return out;
   }
-  double scores = 0.0;
-  for (const Block& block : blocks) {
-    scores += std::pow(block.both - g * block.torque, 2.0);
-  }
+  const double scores =
+      sum_of(blocks, [&](const Block& block) { return std::pow(block.both - g * block.torque, 2.0); });
   const auto count = static_cast<double>(blocks.size());
   const double sigma = std::sqrt(scores * count / (count - 1.0)) / sum.torque;
   const double part = student_quantile_975(count - 1.0) * sigma / std::abs(g);

@@ -10,6 +10,7 @@
 #include "identify/check/checks.hpp"
 #include "identify/rows/position_noise.hpp"
 #include "identify/rows/row_source.hpp"
+#include "ranges.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/signal/filter.hpp"
@@ -109,13 +110,7 @@ class OneWay {
 }  // namespace
 
 std::vector<Index> rows_that(const Eigen::Ref<const Eigen::Array<bool, Eigen::Dynamic, 1>>& hold) {
-  std::vector<Index> out;
-  for (Index k = 0; k < hold.size(); ++k) {
-    if (hold[k]) {
-      out.push_back(k);
-    }
-  }
-  return out;
+  return places_where(hold.size(), [&](Index k) { return hold[k]; });
 }
 
 std::vector<Index> spread(const std::vector<Index>& samples, Index most) {
@@ -365,11 +360,7 @@ bool TorqueProbe::usable(const JointFactor& factor, Index torque) {
 
 std::vector<JointFactor> TorqueProbe::factors(const Reading& reading, Part part) const {
   const Rows some = rows(reading, part);
-  std::vector<JointFactor> out;
-  for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
-    out.push_back(factor(reading, some, j));
-  }
-  return out;
+  return made_of(robot_.joints.size(), [&](std::size_t j) { return factor(reading, some, j); });
 }
 
 std::optional<ProbeScore> TorqueProbe::score_below(const Reading& reading, Part part, double most,
@@ -421,9 +412,7 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
     const JointFactor& f = factors[j];
     const double unit = reading.torque_sign[static_cast<Index>(j)];
     const double weight = 1.0 / std::sqrt(unit * unit * f.centred[reading.torque[j]]);
-    for (std::size_t c = 0; c < f.columns.size(); ++c) {
-      A.col(f.columns[c]).segment(row, f.R.rows()) = weight * f.R.col(static_cast<Index>(c));
-    }
+    A(Eigen::seqN(row, f.R.rows()), f.columns) = weight * f.R;
     y.segment(row, f.R.rows()) = weight * unit * f.Z.col(reading.torque[j]);
     row += f.R.rows();
   }
@@ -445,10 +434,7 @@ ProbeScore TorqueProbe::score(const Reading& reading, const std::vector<JointFac
     }
     const JointFactor& f = factors[j];
     const auto at = static_cast<Index>(j);
-    Vector chi(f.R.cols());
-    for (std::size_t c = 0; c < f.columns.size(); ++c) {
-      chi[static_cast<Index>(c)] = out.chi[f.columns[c]];
-    }
+    const Vector chi = out.chi(f.columns);
     const Vector r = reading.torque_sign[at] * f.Z.col(reading.torque[j]) - f.R * chi;
     const double square = reading.torque_sign[at] * reading.torque_sign[at];
     out.left[at] = (r.squaredNorm() / square + f.rest[reading.torque[j]]) / f.centred[reading.torque[j]];

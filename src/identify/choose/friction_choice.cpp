@@ -11,10 +11,12 @@
 #include <numbers>
 #include <utility>
 
+#include "accept.hpp"
 #include "dense.hpp"
 #include "identify/choose/load_passes.hpp"
 #include "identify/choose/row_choice.hpp"
 #include "identify/rows/time_blocks.hpp"
+#include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/solve/streaming_qr.hpp"
@@ -381,11 +383,8 @@ std::string names_of_joints(const Robot& robot, const std::vector<int>& joints) 
   if (std::ssize(joints) == robot.size() && joints.size() > 1) {
     return "all joints";
   }
-  std::vector<std::string> names;
-  for (const int joint : joints) {
-    names.push_back(robot.joints[static_cast<std::size_t>(joint)].name);
-  }
-  return listed(names);
+  return listed(
+      detail::made_of(joints, [&](int joint) { return robot.joints[static_cast<std::size_t>(joint)].name; }));
 }
 
 std::string percent(double part) { return number(100.0 * part, 3) + " %"; }
@@ -430,9 +429,7 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
   Robot linear = without_load(robot);
   Estimation estimation = asked;
   estimation.method = Wls{};
-  if (const auto fault = estimation.complaint(linear)) {
-    throw InputError("choose_friction: " + *fault);
-  }
+  detail::accept("choose_friction", estimation.complaint(linear));
   if (estimation.signal.automatic()) {
     static_cast<void>(detail::choose_rows(linear, logs, estimation));
   }
@@ -466,12 +463,10 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
   std::vector<Friction> best = laws.front();
   std::vector<std::pair<std::vector<Index>, Chosen>> kinds;
   for (const JointType type : {JointType::revolute, JointType::prismatic}) {
-    std::vector<Index> joints;
-    for (std::size_t j = 0; j < open.size(); ++j) {
-      if (open[j] != 0 && robot.joints[j].type == type) {
-        joints.push_back(static_cast<Index>(j));
-      }
-    }
+    const std::vector<Index> joints = detail::places_where(std::ssize(open), [&](Index j) {
+      const auto at = static_cast<std::size_t>(j);
+      return open[at] != 0 && robot.joints[at].type == type;
+    });
     if (!joints.empty()) {
       kinds.emplace_back(joints, chosen_law(errors, torques, joints));
       for (const Index j : joints) {

@@ -12,6 +12,7 @@
 #include "identify/infer/noise_bias.hpp"
 #include "identify/rows/factors.hpp"
 #include "identify/rows/row_source.hpp"
+#include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -77,13 +78,7 @@ std::vector<int> windows(Index most) {
   return out;
 }
 
-Index samples_of(std::span<const Log> logs) {
-  Index out = 0;
-  for (const Log& log : logs) {
-    out += log.samples();
-  }
-  return out;
-}
+Index samples_of(std::span<const Log> logs) { return sum_of(logs, &Log::samples); }
 
 // Samples between two positions whose difference is motion rather than noise.
 Index motion_span(const Log& log) {
@@ -234,10 +229,8 @@ class Chooser {
       squares += m * scale * scale * motion(log, span, 0, log.samples());
       count += m;
     }
-    std::vector<double> out;
-    for (const double square : squares) {
-      out.push_back(slow_part * std::sqrt(square / std::max(count, 1.0)));
-    }
+    std::vector<double> out =
+        made_of(squares, [&](double square) { return slow_part * std::sqrt(square / std::max(count, 1.0)); });
     std::fill_n(out.begin(), robot_.base_joints, 0.0);
     return out;
   }
@@ -399,10 +392,8 @@ class Chooser {
   [[nodiscard]] double expected_squares(std::span<const RowGroup> judged, const Estimate& estimate,
                                         const Vector& chi) const {
     const Vector bias = noise_bias(*problem_, estimate, chi);
-    double torques = 0.0;
-    for (const RowGroup& joint : judged) {
-      torques += joint.qr.y_norm() * joint.qr.y_norm();
-    }
+    const double torques =
+        sum_of(judged, [&](const RowGroup& joint) { return joint.qr.y_norm() * joint.qr.y_norm(); });
     double out = 0.0;
     for (const RowGroup& joint : judged) {
       const Matrix R = joint.qr.R();

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
-#include <map>
 
+#include "accept.hpp"
 #include "identify/choose/row_choice.hpp"
+#include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/comparison.hpp"
 #include "rivid/identify/identification.hpp"
@@ -19,146 +19,124 @@ namespace {
 
 constexpr int fewest_blocks = 6;
 
-struct JudgedRow {
-  double residual = 0.0;  // Y − W χ
-  double measured = 0.0;  // Y
-};
-// Rows of one model on one log: of each joint, by the sample that they stand for.
-using LogErrors = std::vector<std::map<Index, JudgedRow>>;
+using Mask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
 
-LogErrors errors_of(const ComparedModel& model, const Log& log, const SignalOptions& signal) {
-  Identification identification;
-  const BaseParameters base = base_parameters(model.robot);
-  identification.chi = base.from_standard(model.chi_st);
-  identification.base = at_load(base, identification.chi);
-  identification.estimation.signal = signal;
-  const Prediction prediction = predict(model.robot, identification, log);
-  LogErrors out(prediction.joints.size());
-  for (std::size_t j = 0; j < out.size(); ++j) {
-    const JointPrediction& joint = prediction.joints[j];
-    for (std::size_t i = 0; i < joint.rows.size(); ++i) {
-      const auto at = static_cast<Index>(i);
-      out[j].emplace(joint.rows[i], JudgedRow{joint.residual[at], joint.fitted.measured[at]});
+// What the models leave of a log. Which rows a joint has depends on the motors that it turns, whose reversals
+// leave rows out: only those count that all models have.
+struct LogErrors {
+  struct OfModel {
+    Matrix residual;  // Y − W χ, (samples × n); 0 where the joint has no row
+    Matrix measured;  // Y, alike
+  };
+  std::vector<OfModel> models;
+  std::vector<Index> samples;  // at which some joint has a row
+  Mask rows;                   // which of the joints have, (samples × n)
+};
+
+LogErrors errors_of(std::span<const ComparedModel> models, const Log& log, const SignalOptions& signal) {
+  LogErrors out;
+  const Matrix none = Matrix::Zero(log.q.rows(), log.q.cols());
+  Mask rows = Mask::Constant(none.rows(), none.cols(), true);
+  for (const ComparedModel& model : models) {
+    Identification identification;
+    const BaseParameters base = base_parameters(model.robot);
+    identification.chi = base.from_standard(model.chi_st);
+    identification.base = at_load(base, identification.chi);
+    identification.estimation.signal = signal;
+    const Prediction prediction = predict(model.robot, identification, log);
+    LogErrors::OfModel& errors = out.models.emplace_back(none, none);
+    Mask own = Mask::Constant(none.rows(), none.cols(), false);
+    for (Index j = 0; j < none.cols(); ++j) {
+      const JointPrediction& joint = prediction.joints[static_cast<std::size_t>(j)];
+      errors.residual.col(j)(joint.rows) = joint.residual;
+      errors.measured.col(j)(joint.rows) = joint.fitted.measured;
+      own.col(j)(joint.rows) = true;
+    }
+    rows = rows && own;
+  }
+  out.samples = detail::places_where(rows.rows(), [&](Index k) { return rows.row(k).any(); });
+  out.rows = rows(out.samples, Eigen::all);
+  for (LogErrors::OfModel& errors : out.models) {
+    for (Matrix* const x : {&errors.residual, &errors.measured}) {
+      const Matrix some = (*x)(out.samples, Eigen::all);
+      *x = out.rows.select(some, 0.0);
     }
   }
   return out;
 }
 
-// Which rows a joint has depends on the motors that it turns, whose reversals leave rows out: only those
-// count that all models have.
-void keep_common(std::vector<LogErrors>& models) {
-  for (std::size_t j = 0; j < models.front().size(); ++j) {
-    for (LogErrors& model : models) {
-      std::erase_if(model[j], [&](const auto& row) {
-        return std::ranges::any_of(models,
-                                   [&](const LogErrors& other) { return !other[j].contains(row.first); });
-      });
-    }
+Comparison::Error summed_up(std::span<const LogErrors> logs, std::size_t model) {
+  Vector squares = Vector::Zero(logs.front().rows.cols());
+  Vector measured = squares;
+  for (const LogErrors& log : logs) {
+    squares += log.models[model].residual.colwise().squaredNorm().transpose();
+    measured += log.models[model].measured.colwise().squaredNorm().transpose();
   }
-}
-
-// errors[log][model][joint]
-using AllErrors = std::vector<std::vector<LogErrors>>;
-
-Comparison::Error summed_up(const AllErrors& errors, std::size_t model, std::size_t joints) {
+  const Vector joints = squares.cwiseQuotient(measured).cwiseSqrt();
   Comparison::Error out;
-  double squares = 0.0;
-  double measured = 0.0;
-  for (std::size_t j = 0; j < joints; ++j) {
-    double joint_squares = 0.0;
-    double joint_measured = 0.0;
-    for (const std::vector<LogErrors>& log : errors) {
-      for (const auto& [sample, row] : log[model][j]) {
-        joint_squares += row.residual * row.residual;
-        joint_measured += row.measured * row.measured;
-      }
-    }
-    out.joints.push_back(std::sqrt(joint_squares / joint_measured));
-    squares += joint_squares;
-    measured += joint_measured;
-  }
-  out.relative_error = std::sqrt(squares / measured);
+  out.joints.assign(joints.begin(), joints.end());
+  out.relative_error = std::sqrt(squares.sum() / measured.sum());
   return out;
 }
 
 // With a gap where rows are farther apart than most.
-Comparison::Trace trace_of(const std::vector<LogErrors>& models, std::size_t joint, const Log& log) {
-  const std::map<Index, JudgedRow>& rows = models.front()[joint];
-  const Index stride = rows.size() > 1 ? std::next(rows.begin())->first - rows.begin()->first : 1;
-  std::vector<Index> samples;
-  for (const auto& [sample, row] : rows) {
-    if (!samples.empty() && sample > samples.back() + 2 * stride) {
-      samples.push_back(samples.back() + 1);
+Comparison::Trace trace_of(const LogErrors& errors, Index joint, const Log& log) {
+  std::vector<Index> rows;  // −1 in a gap
+  std::vector<double> times;
+  Index stride = 0;
+  Index last = 0;
+  for (const Index k :
+       detail::places_where(errors.rows.rows(), [&](Index i) { return errors.rows(i, joint); })) {
+    const Index sample = errors.samples[static_cast<std::size_t>(k)];
+    stride = rows.size() == 1 ? sample - last : stride;
+    if (!rows.empty() && sample > last + 2 * stride) {
+      rows.push_back(-1);
+      times.push_back(static_cast<double>(last + 1) / log.f_m);
     }
-    samples.push_back(sample);
+    rows.push_back(k);
+    times.push_back(static_cast<double>(sample) / log.f_m);
+    last = sample;
   }
   Comparison::Trace out;
   out.log = log.source;
-  out.time = Eigen::Map<const Eigen::Matrix<Index, Eigen::Dynamic, 1>>(samples.data(), std::ssize(samples))
-                 .cast<double>() /
-             log.f_m;
-  out.errors.resize(out.time.size(), std::ssize(models));
-  for (Index k = 0; k < out.errors.size(); ++k) {
-    const auto& found = models[static_cast<std::size_t>(k / out.time.size())][joint];
-    const auto row = found.find(samples[static_cast<std::size_t>(k % out.time.size())]);
-    out.errors.data()[k] =
-        row == found.end() ? std::numeric_limits<double>::quiet_NaN() : row->second.residual;
-  }
+  out.time = Eigen::Map<const Vector>(times.data(), std::ssize(times));
+  out.errors = Matrix::NullaryExpr(std::ssize(rows), std::ssize(errors.models), [&](Index k, Index m) {
+    const Index row = rows[static_cast<std::size_t>(k)];
+    return row < 0 ? std::numeric_limits<double>::quiet_NaN()
+                   : errors.models[static_cast<std::size_t>(m)].residual(row, joint);
+  });
   return out;
 }
 
-// Mean squared error of two models on each joint.
-Vector joint_scales(const AllErrors& errors, std::size_t a, std::size_t b) {
-  const std::size_t joints = errors.front()[a].size();
-  Vector out = Vector::Zero(static_cast<Index>(joints));
-  for (std::size_t j = 0; j < joints; ++j) {
-    double sum = 0.0;
-    std::size_t count = 0;
-    for (const std::vector<LogErrors>& log : errors) {
-      for (const std::size_t model : {a, b}) {
-        for (const auto& [sample, row] : log[model][j]) {
-          sum += row.residual * row.residual;
-        }
-        count += log[model][j].size();
-      }
-    }
-    out[static_cast<Index>(j)] = sum > 0.0 ? sum / static_cast<double>(count) : 1.0;
-  }
-  return out;
-}
-
-// Σ_j e_j² / s_j² of one model, sample by sample.
-std::map<Index, double> loss(const LogErrors& errors, const Vector& scales) {
-  std::map<Index, double> out;
-  for (std::size_t j = 0; j < errors.size(); ++j) {
-    for (const auto& [sample, row] : errors[j]) {
-      out[sample] += row.residual * row.residual / scales[static_cast<Index>(j)];
+PairedTest tested(std::span<const LogErrors> logs, std::size_t a, std::size_t b, int blocks) {
+  Vector sums = Vector::Zero(logs.front().rows.cols());
+  Vector counts = sums;
+  for (const LogErrors& log : logs) {
+    for (const std::size_t model : {a, b}) {
+      sums += log.models[model].residual.colwise().squaredNorm().transpose();
+      counts += log.rows.cast<double>().colwise().sum().matrix().transpose();
     }
   }
-  return out;
-}
-
-PairedTest tested(const AllErrors& errors, std::size_t a, std::size_t b, int blocks) {
-  const Vector scales = joint_scales(errors, a, b);
+  // Mean squared error of both models on each joint.
+  const Vector scales = (sums.array() > 0.0).select(sums.cwiseQuotient(counts), 1.0);
   std::vector<Vector> series;
-  double loss_a = 0.0;
-  double loss_b = 0.0;
-  for (const std::vector<LogErrors>& log : errors) {
-    const std::map<Index, double> of_a = loss(log[a], scales);
-    const std::map<Index, double> of_b = loss(log[b], scales);
-    Vector& differences = series.emplace_back(static_cast<Index>(of_a.size()));
-    Index t = 0;
-    for (const auto& [sample, value] : of_a) {
-      const double other = of_b.at(sample);
-      loss_a += value;
-      loss_b += other;
-      differences[t++] = value - other;
-    }
+  Eigen::Vector2d losses = Eigen::Vector2d::Zero();
+  for (const LogErrors& log : logs) {
+    // Σ_j e_j² / s_j², sample by sample.
+    const auto loss = [&](std::size_t model) -> Vector {
+      return (log.models[model].residual.array().square().rowwise() / scales.transpose().array())
+          .rowwise()
+          .sum();
+    };
+    const Vector of_a = loss(a);
+    const Vector of_b = loss(b);
+    losses += Eigen::Vector2d(of_a.sum(), of_b.sum());
+    series.push_back(of_a - of_b);
   }
   PairedTest out = paired_test(series, blocks);
   out.a = a;
   out.b = b;
-  out.ratio = loss_a / loss_b;
+  out.ratio = losses[0] / losses[1];
   return out;
 }
 
@@ -201,9 +179,7 @@ std::optional<std::string> ComparisonOptions::complaint() const {
 }
 
 PairedTest paired_test(std::span<const Vector> series, int blocks) {
-  if (const auto complaint = ComparisonOptions{.blocks = blocks}.complaint()) {
-    throw InputError("paired_test: " + *complaint);
-  }
+  detail::accept("paired_test", ComparisonOptions{.blocks = blocks}.complaint());
   PairedTest out;
   Index samples = 0;
   std::vector<Matrix> centred;
@@ -246,11 +222,8 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
   if (models.empty() || logs.empty()) {
     throw InputError("compare: there is no model, or no log to judge it by");
   }
-  if (const auto complaint = options.complaint()) {
-    throw InputError("compare: " + *complaint);
-  }
+  detail::accept("compare", options.complaint());
   expect_comparable(models);
-  const std::size_t joints = models.front().robot.joints.size();
   Estimation estimation{.method = Wls{}, .signal = options.signal};
   estimation.threads = options.threads;
   if (options.signal.automatic()) {
@@ -258,21 +231,11 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
   }
   Comparison out;
   out.signal = estimation.signal;
-  for (const Joint& joint : models.front().robot.joints) {
-    out.joints.push_back(joint.name);
-  }
-  AllErrors errors;
-  for (const Log& log : logs) {
-    out.logs.push_back(log.source);
-    std::vector<LogErrors>& of_log = errors.emplace_back();
-    for (const ComparedModel& model : models) {
-      of_log.push_back(errors_of(model, log, estimation.signal));
-    }
-    keep_common(of_log);
-    for (std::size_t j = 0; j < joints; ++j) {
-      out.rows += static_cast<Index>(of_log.front()[j].size());
-    }
-  }
+  out.joints = detail::made_of(models.front().robot.joints, &Joint::name);
+  out.logs = detail::made_of(logs, &Log::source);
+  const std::vector<LogErrors> errors =
+      detail::made_of(logs, [&](const Log& log) { return errors_of(models, log, estimation.signal); });
+  out.rows = detail::sum_of(errors, [](const LogErrors& log) { return log.rows.count(); });
   if (out.rows == 0) {
     throw InputError(
         "compare: " + listed(out.logs) +
@@ -280,7 +243,7 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
         "judge a model by");
   }
   for (std::size_t m = 0; m < models.size(); ++m) {
-    out.models.push_back(summed_up(errors, m, joints));
+    out.models.push_back(summed_up(errors, m));
     out.models.back().name = models[m].name;
     if (!std::isfinite(out.models.back().relative_error)) {
       throw InputError(
@@ -291,7 +254,7 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
   const std::vector<double>& of_first = out.models.front().joints;
   const std::ptrdiff_t worst = std::ranges::max_element(of_first) - of_first.begin();
   for (std::size_t l = 0; l < logs.size(); ++l) {
-    out.traces.push_back(trace_of(errors[l], static_cast<std::size_t>(worst), logs[l]));
+    out.traces.push_back(trace_of(errors[l], worst, logs[l]));
     out.traces.back().joint = out.joints[static_cast<std::size_t>(worst)];
   }
   const double pairs = 0.5 * static_cast<double>(models.size() * (models.size() - 1));

@@ -8,6 +8,7 @@
 #include <ranges>
 #include <utility>
 
+#include "accept.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/rows.hpp"
@@ -235,9 +236,7 @@ Rollouts rollouts(std::span<const ComparedModel> models, std::span<const Log> lo
   if (models.empty() || logs.empty()) {
     throw InputError("rollouts: there is no model, or no log to judge it by");
   }
-  if (const auto fault = options.complaint()) {
-    throw InputError("rollouts: " + *fault);
-  }
+  detail::accept("rollouts", options.complaint());
   Rollouts out;
   std::vector<DynamicModel> dynamics;
   for (const ComparedModel& model : models) {

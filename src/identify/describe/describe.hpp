@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "identify/check/judge.hpp"
+#include "identify/check/checks.hpp"
 #include "identify/infer/findings.hpp"
 #include "identify/infer/infer.hpp"
 

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "identify/describe/describe.hpp"
+#include "ranges.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -158,12 +159,8 @@ void find_torque_lag(const Identification& result, Findings& out) {
 }
 
 std::string weakness_of_instruments(const IvHistory& iv, const BaseParameters& base) {
-  std::vector<Index> ones;
-  for (Index i = 0; i < iv.first_stage_F.size(); ++i) {
-    if (!(iv.first_stage_F[i] > least_F)) {
-      ones.push_back(i);
-    }
-  }
+  std::vector<Index> ones = detail::places_where(iv.first_stage_F.size(),
+                                                 [&](Index i) { return !(iv.first_stage_F[i] > least_F); });
   std::ranges::stable_sort(ones, {}, [&](Index i) { return iv.first_stage_F[i]; });
   std::string weak;
   for (std::size_t k = 0; k < std::min(ones.size(), most_named); ++k) {

@@ -11,6 +11,7 @@
 #include "dense.hpp"
 #include "identify/estimate/fitting_factors.hpp"
 #include "identify/rows/factors.hpp"
+#include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/model/parameters.hpp"
 #include "rivid/signal/filter.hpp"
@@ -105,10 +106,9 @@ std::string dead_band(const Robot& robot, const SimulatedLoops& loops, Index j) 
   law.control({0.0, none, none, none, none, none}, x, v_0, xd);
   law.control({0.0, none, none, Vector::Unit(n, j) * dead_band_probe, none, none}, x, v, xd);
   const double stiffness = (robot.drive_matrix() * (v - v_0))[j] / dead_band_probe;
-  double Fc = 0.0;
-  for (const DryFriction& element : loops.model->dry_friction()) {
-    Fc += element.direction[j] != 0.0 ? 0.5 * (element.Fc_plus + element.Fc_minus) : 0.0;
-  }
+  const double Fc = sum_of(loops.model->dry_friction(), [&](const DryFriction& element) {
+    return element.direction[j] != 0.0 ? 0.5 * (element.Fc_plus + element.Fc_minus) : 0.0;
+  });
   if (!(stiffness > 0.0) || Fc == 0.0) {
     return "";
   }
@@ -337,10 +337,7 @@ SimulatedLoops ClosedLoops::simulated(const Vector& chi, std::span<const IvItera
 std::vector<SimulatedLoops> ClosedLoops::simulated(std::span<const Vector> chis,
                                                    std::span<const IvIteration> earlier,
                                                    const SimulatedLoops* gains_of) const {
-  std::vector<SimulatedLoops> out;
-  for (const Vector& chi : chis) {
-    out.push_back(prepared(chi, gains_of));
-  }
+  std::vector<SimulatedLoops> out = made_of(chis, [&](const Vector& chi) { return prepared(chi, gains_of); });
   try {
     simulate(out, most_steps_of(earlier));
   } catch (const NumericsError& error) {
@@ -349,10 +346,7 @@ std::vector<SimulatedLoops> ClosedLoops::simulated(std::span<const Vector> chis,
       return out;
     }
     out.clear();
-    for (const Vector& chi : chis) {
-      out.push_back(simulated(chi, earlier, gains_of));
-    }
-    return out;
+    return made_of(chis, [&](const Vector& chi) { return simulated(chi, earlier, gains_of); });
   }
   const auto& progress = problem_.estimation.progress;
   if (progress && out.front().failure.empty()) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "accept.hpp"
 #include "identify/estimate/fitting_factors.hpp"
 #include "identify/rows/factors.hpp"
 #include "rivid/error.hpp"
@@ -53,9 +54,7 @@ EstimationProblem::EstimationProblem(const Robot& its_robot, std::span<const Log
   if (logs.empty()) {
     throw InputError(who(*this) + ": no log is given");
   }
-  if (const auto fault = estimation.complaint(robot)) {
-    throw InputError(who(*this) + ": " + *fault);
-  }
+  accept(who(*this), estimation.complaint(robot));
   base = base_parameters(robot);
   base.load = std::move(load);
   const Iv* const iv = std::get_if<Iv>(&estimation.method);
@@ -95,9 +94,7 @@ EstimationProblem::EstimationProblem(const Robot& its_robot, const LogFactors& i
       signals({estimation.signal}),
       data(its_factors.rows),
       team(std::make_unique<ThreadTeam>(1)) {
-  if (const auto fault = estimation.complaint(robot)) {
-    throw InputError(who(*this) + ": " + *fault);
-  }
+  accept(who(*this), estimation.complaint(robot));
   if (std::ssize(data.groups) != robot.size()) {
     throw InputError(who(*this) + ": the factors are of " + counted(std::ssize(data.groups), "joint") +
                      ", robot \"" + robot.name + "\" has " + std::to_string(robot.size()));

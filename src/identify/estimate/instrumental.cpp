@@ -7,6 +7,7 @@
 
 #include "identify/estimate/iv_solver.hpp"
 #include "identify/rows/whitened_rows.hpp"
+#include "ranges.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -24,10 +25,9 @@ std::vector<NoiseModel> noise_models(const EstimationProblem& problem, const IvS
   const std::vector<Motion> V = instruments.motions(solver.last_loops().motions);
   std::vector<StreamingQr> lagged(joints.size(), StreamingQr(order > 0 ? order : Iv::most_prefilter_order));
   for (std::size_t k = 0; k < problem.logs.size(); ++k) {
-    JointSinks<LaggedResidualSink> sinks(lagged.size());
-    for (std::size_t j = 0; j < lagged.size(); ++j) {
-      sinks.add(lagged[j], chi(joints[j].columns), instruments.from_V()[j]);
-    }
+    const JointSinks<LaggedResidualSink> sinks(lagged.size(), [&](std::size_t j) {
+      return LaggedResidualSink(lagged[j], chi(joints[j].columns), instruments.from_V()[j]);
+    });
     problem.send_rows(k, instruments.signals()[k], sinks.sinks(), std::span(&V[k], 1));
   }
   std::vector<NoiseModel> out;
@@ -50,12 +50,7 @@ void prefilter(const EstimationProblem& problem, IvSolver& solver, Estimated& ou
     ++report.rounds;
     const Vector before = solver.history().back().chi;
     report.noise = noise_models(problem, solver, before);
-    std::vector<Vector> ar;
-    ar.reserve(report.noise.size());
-    for (const NoiseModel& model : report.noise) {
-      ar.push_back(model.ar);
-    }
-    solver.instruments().whiten(std::move(ar));
+    solver.instruments().whiten(made_of(report.noise, &NoiseModel::ar));
     const bool settled = solver.iterate_again("the whitened instruments");
     report.rows = solver.instruments().rows();
     if (!settled || solver.stands_still(solver.history().back().chi - before)) {

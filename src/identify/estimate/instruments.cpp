@@ -10,6 +10,7 @@
 #include "identify/rows/row_source.hpp"
 #include "identify/rows/time_blocks.hpp"
 #include "identify/rows/whitened_rows.hpp"
+#include "ranges.hpp"
 #include "rivid/identify/instruments.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/signal/filter.hpp"
@@ -113,13 +114,12 @@ std::vector<InstrumentalGroup> Instruments::made(std::span<const Motion> simulat
     used_ = empty_groups(joints);
   }
   for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
-    JointSinks<InstrumentSink> sinks(groups.size());
-    std::vector<Index> widths;
-    for (std::size_t j = 0; j < groups.size(); ++j) {
-      sinks.add(groups[j].qr, from_V_[j], used_.empty() ? nullptr : &used_[j].qr, blocks_, j,
-                problem_.logs[k].samples());
-      widths.push_back(2 * groups[j].qr.columns() + 1);
-    }
+    const JointSinks<InstrumentSink> sinks(groups.size(), [&](std::size_t j) {
+      return InstrumentSink(groups[j].qr, from_V_[j], used_.empty() ? nullptr : &used_[j].qr, blocks_, j,
+                            problem_.logs[k].samples());
+    });
+    const std::vector<Index> widths =
+        made_of(groups, [](const InstrumentalGroup& group) { return 2 * group.qr.columns() + 1; });
     const ReweightedSinks reweighted(sinks.sinks(), reweighting_, joints, from_V_);
     const WhitenedSinks whitened(reweighted.sinks(), whitening_, widths);
     const Motion V = instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal);
@@ -130,12 +130,9 @@ std::vector<InstrumentalGroup> Instruments::made(std::span<const Motion> simulat
 }
 
 std::vector<Motion> Instruments::motions(std::span<const Motion> simulated) const {
-  std::vector<Motion> out;
-  out.reserve(simulated.size());
-  for (std::size_t k = 0; k < simulated.size(); ++k) {
-    out.push_back(instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal));
-  }
-  return out;
+  return made_of(simulated.size(), [&](std::size_t k) {
+    return instrument_motion(simulated[k], problem_.logs[k].f_m, problem_.estimation.signal);
+  });
 }
 
 void Instruments::keep_every_row() {
@@ -152,16 +149,10 @@ std::vector<std::vector<Index>> Instruments::columns_from(FromV which) const {
     return which == FromV::all ||
            (which == FromV::signs && role(kind) == Role::dry && about(kind).basis != Basis::load);
   };
-  std::vector<std::vector<Index>> out;
-  for (const RowGroup& joint : problem_.data.groups) {
-    std::vector<Index>& own = out.emplace_back();
-    for (std::size_t c = 0; c < joint.columns.size(); ++c) {
-      if (taken(joint.columns[c])) {
-        own.push_back(static_cast<Index>(c));
-      }
-    }
-  }
-  return out;
+  return made_of(problem_.data.groups, [&](const RowGroup& joint) {
+    return places_where(std::ssize(joint.columns),
+                        [&](Index c) { return taken(joint.columns[static_cast<std::size_t>(c)]); });
+  });
 }
 
 void Instruments::count_rows() {
@@ -192,10 +183,9 @@ std::vector<Observation> instrument_rows(const Robot& robot, const Identificatio
   for (std::size_t k = 0; k < logs.size(); ++k) {
     // The samples of rows(), which knows of no transient.
     detail::RowSource source(robot, problem.base, logs[k], result.estimation.signal, *problem.team);
-    detail::JointSinks<detail::HeldRows> held(source.joints());
-    for (std::size_t j = 0; j < source.joints(); ++j) {
-      held.add(source.rows(), 2 * static_cast<Index>(source.columns(j).size()) + 1);
-    }
+    const detail::JointSinks<detail::HeldRows> held(source.joints(), [&](std::size_t j) {
+      return detail::HeldRows(source.rows(), 2 * std::ssize(source.columns(j)) + 1);
+    });
     source.send(held.sinks(), std::span(&V[k], 1));
     Observation& rows = out.emplace_back();
     rows.columns = problem.base.size();

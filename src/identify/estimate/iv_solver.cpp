@@ -26,16 +26,14 @@ constexpr int most_dampings = 3;
 constexpr double difference_part = 0.1;
 
 // Takes rows [V V'] of a joint, V' of a loop with other parameters; Σ Vᵀ (V' χ' − V χ).
-class TorqueChangeSink final : public RowSink {
+class TorqueChangeSink final : public BufferedSink {
  public:
   TorqueChangeSink(Vector chi, Vector changed)
-      : chi_(std::move(chi)), changed_(std::move(changed)), sum_(Vector::Zero(chi_.size())) {
-    rows_.resize(RowSource::most_wanted, 2 * chi_.size());
-  }
+      : BufferedSink(2 * chi.size()),
+        chi_(std::move(chi)),
+        changed_(std::move(changed)),
+        sum_(Vector::Zero(chi_.size())) {}
 
-  RowsRoom room(Index wanted) override {
-    return {{rows_.data(), rows_.rows()}, std::min(wanted, rows_.rows())};
-  }
   void commit(std::span<const Index> samples) override {
     const Index own = chi_.size();
     const auto rows = rows_.topRows(static_cast<Index>(samples.size()));
@@ -47,7 +45,6 @@ class TorqueChangeSink final : public RowSink {
  private:
   Vector chi_;
   Vector changed_;
-  Matrix rows_;
   Vector sum_;
 };
 
@@ -437,10 +434,9 @@ Vector IvSolver::torque_slope(std::span<const Motion> V, const Vector& chi, std:
   Vector out = Vector::Zero(base().size());
   for (std::size_t k = 0; k < problem_.logs.size(); ++k) {
     RowSource source(problem_.robot, base(), problem_.logs[k], instruments_.signals()[k], *problem_.team);
-    JointSinks<TorqueChangeSink> sinks(source.joints());
-    for (std::size_t j = 0; j < source.joints(); ++j) {
-      sinks.add(Vector(chi(source.columns(j))), Vector(changed(source.columns(j))));
-    }
+    const JointSinks<TorqueChangeSink> sinks(source.joints(), [&](std::size_t j) {
+      return TorqueChangeSink(chi(source.columns(j)), changed(source.columns(j)));
+    });
     source.send_others(sinks.sinks(), std::array{V[k], V_changed[k]});
     for (std::size_t j = 0; j < source.joints(); ++j) {
       out(source.columns(j)) += weights_[j] * weights_[j] / step * sinks[j].sum();

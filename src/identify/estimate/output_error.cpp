@@ -12,6 +12,7 @@
 #include "identify/estimate/estimate.hpp"
 #include "identify/rows/factors.hpp"
 #include "identify/rows/time_blocks.hpp"
+#include "ranges.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {
@@ -53,10 +54,7 @@ class OutputError {
  public:
   OutputError(const EstimationProblem& problem, Estimated& out)
       : problem_(problem), method_(problem.iv()), out_(out), loops_(problem) {
-    Index samples = 0;
-    for (const Log& log : problem.logs) {
-      samples += log.samples();
-    }
+    const Index samples = sum_of(problem.logs, &Log::samples);
     const Index every = (samples + most_compared - 1) / most_compared;
     for (std::size_t k = 0; k < problem.logs.size(); ++k) {
       const Log& log = problem.logs[k];
@@ -225,12 +223,10 @@ class OutputError {
   }
 
   [[nodiscard]] PositionErrors errors(const SimulatedLoops& loops) const {
-    PositionErrors out;
-    for (std::size_t k = 0; k < instants_.size(); ++k) {
-      out.emplace_back(problem_.logs[k].q(instants_[k], Eigen::all) -
-                       loops.motions[k].q(instants_[k], Eigen::all));
-    }
-    return out;
+    return made_of(instants_.size(), [&](std::size_t k) {
+      return Matrix(problem_.logs[k].q(instants_[k], Eigen::all) -
+                    loops.motions[k].q(instants_[k], Eigen::all));
+    });
   }
 
   // Of each joint, (n).
@@ -463,11 +459,9 @@ class OutputError {
 
   // 1/σ of each joint's rows of torques with the estimate.
   [[nodiscard]] std::vector<double> torque_weights() const {
-    std::vector<double> out;
-    for (const RowGroup& group : problem_.data.groups) {
-      out.push_back(residual_weight(group, chi_.head(base().size())).value_or(1.0));
-    }
-    return out;
+    return made_of(problem_.data.groups, [&](const RowGroup& group) {
+      return residual_weight(group, chi_.head(base().size())).value_or(1.0);
+    });
   }
 
   // Instants after which a log's motion repeats itself, all where it does not. The steps of an encoder, and

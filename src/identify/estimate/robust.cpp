@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "dense.hpp"
+#include "ranges.hpp"
 
 namespace rivid::detail {
 
@@ -23,11 +24,7 @@ double scale_of(ReweightedJoint& joint) {
 }
 
 double all_rows(std::span<const RobustSums> sums) {
-  Index rows = 0;
-  for (const RobustSums& joint : sums) {
-    rows += joint.rows;
-  }
-  return static_cast<double>(rows);
+  return static_cast<double>(sum_of(sums, &RobustSums::rows));
 }
 
 }  // namespace
@@ -82,22 +79,10 @@ void Reweighting::pass(const std::function<void()>& make_rows) {
   }
 }
 
-std::vector<RobustSums> Reweighting::sums() const {
-  std::vector<RobustSums> out;
-  out.reserve(joints_.size());
-  for (const ReweightedJoint& joint : joints_) {
-    out.push_back(joint.sums);
-  }
-  return out;
-}
+std::vector<RobustSums> Reweighting::sums() const { return made_of(joints_, &ReweightedJoint::sums); }
 
 std::vector<double> Reweighting::weights() const {
-  std::vector<double> out;
-  out.reserve(loss_.scales.size());
-  for (const double scale : loss_.scales) {
-    out.push_back(1.0 / scale);
-  }
-  return out;
+  return made_of(loss_.scales, [&](double scale) { return 1.0 / scale; });
 }
 
 ReweightedSink::ReweightedSink(RowSink& to, const RobustLoss& loss, double scale, Vector chi, bool with_V,

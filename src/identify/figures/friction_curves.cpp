@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "csv_columns.hpp"
+#include "ranges.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -46,14 +47,11 @@ FrictionCurve friction_law(const Robot& robot, const Identification& result, std
   out.velocity.resize(2 * points);
   out.velocity.head(points) = Vector::LinSpaced(points, -most_speed, -beside_rest * most_speed);
   out.velocity.tail(points) = -out.velocity.head(points).reverse();
-  std::vector<Index> columns;
-  for (Index i = 0; i < result.base.size(); ++i) {
+  const std::vector<Index> columns = places_where(result.base.size(), [&](Index i) {
     const StandardParameter& parameter = result.base.parameters[static_cast<std::size_t>(i)].leading;
-    if (is_friction(parameter.kind) && !about(parameter.kind).coupled &&
-        parameter.joint == static_cast<int>(joint)) {
-      columns.push_back(i);
-    }
-  }
+    return is_friction(parameter.kind) && !about(parameter.kind).coupled &&
+           parameter.joint == static_cast<int>(joint);
+  });
   Matrix phi(out.velocity.size(), std::ssize(columns));
   for (Index c = 0; c < phi.cols(); ++c) {
     const ParameterKind kind =

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "accept.hpp"
 #include "rivid/error.hpp"
 #include "rivid/text.hpp"
 
@@ -53,8 +54,7 @@ void require_fitting(std::string_view who, const Robot& robot, const Identificat
                                                      ", robot \"" + robot.name + "\" has " +
                                                      std::to_string(robot.size()));
   if (!result.base.standard.empty()) {
-    const auto fault = result.base.complaint(robot);
-    require(!fault, fault.value_or(""));
+    accept(who, result.base.complaint(robot));
   }
   for (const Prediction& log : predictions) {
     require(std::ssize(log.joints) == robot.size(),

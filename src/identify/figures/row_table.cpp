@@ -9,6 +9,7 @@
 #include "csv_columns.hpp"
 #include "dense.hpp"
 #include "identify/figures/numpy_archive.hpp"
+#include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/instruments.hpp"
 #include "rivid/identify/robust.hpp"
@@ -81,12 +82,8 @@ RowTable row_table(const Robot& robot, const Identification& result, std::span<c
                      ", must have one for each of the " + counted(robot.size(), "joint"));
   }
   RowTable out;
-  for (const BaseParameter& parameter : result.base.parameters) {
-    out.parameters.push_back(parameter.name);
-  }
-  for (const Joint& joint : robot.joints) {
-    out.joints.push_back(joint.name);
-  }
+  out.parameters = detail::made_of(result.base.parameters, &BaseParameter::name);
+  out.joints = detail::made_of(robot.joints, &Joint::name);
   std::vector<Rows> all;
   Index count = 0;
   for (const Log& log : logs) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "dense.hpp"
+#include "ranges.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/solve/inference.hpp"
 #include "signal/window_decimator.hpp"
@@ -18,13 +19,7 @@ namespace detail {
 
 namespace {
 
-Index intervals(std::span<const Matrix> series) {
-  Index out = 0;
-  for (const Matrix& s : series) {
-    out += s.rows();
-  }
-  return out;
-}
+Index intervals(std::span<const Matrix> series) { return sum_of(series, &Matrix::rows); }
 
 TestResult chi_square_test(double statistic, double freedom) {
   return {.statistic = statistic, .freedom = freedom, .p = chi_square_tail(statistic, freedom)};
@@ -202,12 +197,9 @@ HausmanTest hausman_test(const BaseParameters& base, const Vector& shift, std::s
   out.parameter = base.parameters[static_cast<std::size_t>(at)].name;
   // What each interval adds to the difference of the estimates, in deviations of the estimate.
   const Vector scale = sigma.cwiseInverse();
-  std::vector<Matrix> influence;
-  influence.reserve(by_iv.size());
-  for (std::size_t k = 0; k < by_iv.size(); ++k) {
-    influence.emplace_back((by_iv[k] * bread_iv.transpose() - by_ls[k] * bread_ls.transpose()) *
-                           scale.asDiagonal());
-  }
+  const std::vector<Matrix> influence = made_of(by_iv.size(), [&](std::size_t k) {
+    return Matrix((by_iv[k] * bread_iv.transpose() - by_ls[k] * bread_ls.transpose()) * scale.asDiagonal());
+  });
   const auto instants = static_cast<double>(intervals(influence));
   const Matrix D = long_run_covariance(influence, lag_of(influence, interval, options));
   // Directions in which both estimates agree by construction carry no information.

@@ -4,9 +4,11 @@
 #include <cmath>
 #include <numeric>
 
+#include "accept.hpp"
 #include "dense.hpp"
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/infer.hpp"
+#include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/identification.hpp"
 #include "rivid/simulate/dynamic_model.hpp"
@@ -173,13 +175,9 @@ EssentialParameters essential(const Robot& robot, const BaseParameters& base,
                               const Eigen::Ref<const Vector>& chi, const Eigen::Ref<const Matrix>& C_chi,
                               const Eigen::Ref<const Matrix>& root, double freedom, std::span<const Matrix> q,
                               const Essential& options) {
-  if (const auto fault = options.complaint()) {
-    throw InputError("essential: " + *fault);
-  }
+  detail::accept("essential", options.complaint());
   require_sizes(base, chi, C_chi, root);
-  if (const auto fault = base.complaint(robot)) {
-    throw InputError("essential: " + *fault);
-  }
+  detail::accept("essential", base.complaint(robot));
   if (!chi.allFinite() || !C_chi.allFinite() || !root.allFinite()) {
     throw InputError("essential: chi, C_chi and root must be finite");
   }
@@ -217,10 +215,7 @@ void detail::add_essential(const EstimationProblem& problem, const Estimate& est
     out.notes.push_back("essential parameters were not looked for: the data do not determine all parameters");
     return;
   }
-  std::vector<Matrix> q;
-  for (const Log& log : problem.logs) {
-    q.push_back(log.q);
-  }
+  const std::vector<Matrix> q = detail::made_of(problem.logs, &Log::q);
   const Matrix root = decimation_factor(estimate.signals.front()) / estimate.sigma * estimate.root;
   EssentialModel& model = out.essential.emplace();
   model.options = *options;

@@ -1,8 +1,7 @@
-#include "identify/infer/geometry.hpp"
-
 #include <Eigen/Geometry>
 
 #include "dense.hpp"
+#include "identify/infer/infer.hpp"
 #include "identify/infer/noise_bias.hpp"
 #include "rivid/regressor/load.hpp"
 

@@ -1,17 +1,16 @@
 #include "identify/infer/infer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <variant>
 
 #include "identify/infer/covariance.hpp"
-#include "identify/infer/factored_blocks.hpp"
-#include "identify/infer/gain_slopes.hpp"
-#include "identify/infer/geometry.hpp"
 #include "identify/infer/noise_bias.hpp"
 #include "identify/infer/parameter_set.hpp"
-#include "identify/infer/twins.hpp"
 #include "identify/rows/factors.hpp"
+#include "rivid/model/kinds.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/solve/inference.hpp"
 
@@ -66,6 +65,41 @@ Statistics classical_statistics(const Estimate& estimate) {
           .least_squares = {}};
 }
 
+constexpr Index fewest_blocks = 10;
+
+// Adds what the factor of a joint's rows [W Y] or [V | W Y] gives, with Z = V or W:
+// Zᵀ W = R_ZZᵀ (Q_Zᵀ W) and Zᵀ (Y − W χ) = R_ZZᵀ (Q_Zᵀ Y − Q_Zᵀ W χ).
+void add_to(BlockSums& sums, const std::vector<Index>& columns, const StreamingQr& qr, const Matrix& QtW,
+            const Estimate& estimate, double weight) {
+  const Matrix R = qr.R();
+  sums.ZW(columns, columns) += weight * (R.transpose() * QtW);
+  sums.Z_rho(columns) += weight * (R.transpose() * (qr.qty() - QtW * estimate.chi(columns)));
+}
+
+// Sums over blocks of time from their factors: some ten of all logs together, and of more logs one each as
+// far as there are so many.
+std::vector<BlockSums> block_sums(const LogFactors& factors, const Estimate& estimate) {
+  const Index b = estimate.chi.size();
+  const Index most = std::clamp(factors.logs, fewest_blocks, LogFactors::most_blocks);
+  std::vector<BlockSums> out;
+  const auto sum_up = [&](const auto& blocks, const auto& QtW) {
+    for (const auto& block : fewer_blocks(blocks, most)) {
+      BlockSums& sums = out.emplace_back(Matrix::Zero(b, b), Vector::Zero(b));
+      for (std::size_t j = 0; j < block.size(); ++j) {
+        add_to(sums, block[j].columns, block[j].qr, QtW(block[j].qr), estimate,
+               estimate.weights[j] * estimate.weights[j]);
+      }
+    }
+  };
+  if (estimate.instruments) {
+    sum_up(estimate.instruments->blocks,
+           [](const StreamingQr& qr) { return Matrix(qr.qt_carried().leftCols(qr.columns())); });
+  } else {
+    sum_up(factors.blocks, [](const StreamingQr& qr) { return Matrix(qr.R()); });
+  }
+  return out;
+}
+
 // What blocks of time say without another look at the rows.
 Statistics statistics_of_factors(const LogFactors& factors, const Estimate& estimate) {
   Statistics out = classical_statistics(estimate);
@@ -114,6 +148,41 @@ Statistics statistics_of_scores(const Estimate& estimate, const EstimateScores& 
   const Matrix own = bread.leftCols(b) * (estimate.root.transpose() * estimate.root);
   for (const BlockSums& block : scores.blocks) {
     out.blocks.push_back({own.transpose() * block.ZW * own, own.transpose() * block.Z_rho});
+  }
+  return out;
+}
+
+// By what an estimate moves with the relative errors of the drive gains, dχ̂/dε of torques (1 + ε_j) y_j, (b
+// × n).
+//
+// Least squares on the rows stand for instruments and for a loss, and the fitted torques for the measured
+// ones there: both differ by noise alone. Zero where the rows do not determine all parameters.
+Matrix gain_slopes(const EstimationProblem& problem, const Estimate& estimate) {
+  const Index b = problem.base.size();
+  const std::vector<RowGroup>& groups = problem.data.groups;
+  const LeastSquares fit = least_squares(groups, b, estimate.weights);
+  Matrix out = Matrix::Zero(b, problem.joints());
+  if (!fit.full_rank()) {
+    return out;
+  }
+  // Rows of a tangent at some load give the torques without the part that stands on the left already.
+  Vector chi = estimate.chi;
+  for (Index i = 0; i < b; ++i) {
+    if (about(problem.base.parameters[static_cast<std::size_t>(i)].leading.kind).basis == Basis::load) {
+      chi[i] = 0.0;
+    }
+  }
+  const bool of_these_rows = !std::holds_alternative<Iv>(problem.estimation.method) && !estimate.loss;
+  for (std::size_t j = 0; j < groups.size(); ++j) {
+    const std::vector<Index>& columns = groups[j].columns;
+    const Matrix R = groups[j].qr.R();
+    Vector tau = R * chi(columns);
+    if (of_these_rows) {
+      tau += groups[j].qr.qty() - R * estimate.chi(columns);
+    }
+    const double weight = estimate.weights[j] * estimate.weights[j];
+    out.col(static_cast<Index>(j)) =
+        fit.unit_covariance(Eigen::all, columns) * (weight * (R.transpose() * tau));
   }
   return out;
 }

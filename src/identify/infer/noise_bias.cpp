@@ -5,6 +5,7 @@
 
 #include "dense.hpp"
 #include "identify/rows/row_source.hpp"
+#include "ranges.hpp"
 #include "rivid/model/kinds.hpp"
 #include "rivid/regressor/batch.hpp"
 
@@ -26,12 +27,7 @@ class Regressors {
   // W of each joint's rows.
   std::vector<Matrix> at(const Motion& motion) {
     batch_.fill(motion, 0, motion.samples(), block_);
-    std::vector<Matrix> out;
-    out.reserve(batch_.joints());
-    for (std::size_t i = 0; i < batch_.joints(); ++i) {
-      out.emplace_back(block_.W(i));
-    }
-    return out;
+    return made_of(batch_.joints(), [&](std::size_t i) { return Matrix(block_.W(i)); });
   }
 
   [[nodiscard]] const RegressorBatch& batch() const { return batch_; }
@@ -55,11 +51,8 @@ void clear_dry(const BaseParameters& base, const std::vector<Index>& columns, Ma
 std::vector<Vector> mean_responses(const std::vector<std::vector<Matrix>>& E,
                                    const std::vector<std::vector<Index>>& columns, const Vector& chi) {
   const std::size_t n = E.size();
-  std::vector<Vector> out;
-  out.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    out.emplace_back(Vector::Zero(static_cast<Index>(columns[i].size())));
-  }
+  std::vector<Vector> out =
+      made_of(n, [&](std::size_t i) { return Vector(Vector::Zero(static_cast<Index>(columns[i].size()))); });
   constexpr Index step = 2;
   double count = 0.0;
   for (Index k = 0; k < E[0][0].rows(); k += step) {
@@ -112,14 +105,9 @@ Motion some_motion(const Log& log, const SignalOptions& signal) {
 }
 
 std::vector<std::vector<PositionNoise>> position_noise(std::span<const Log> logs) {
-  std::vector<std::vector<PositionNoise>> out;
-  for (const Log& log : logs) {
-    std::vector<PositionNoise>& joints = out.emplace_back();
-    for (Index j = 0; j < log.q.cols(); ++j) {
-      joints.emplace_back(log.q.col(j), log.f_m);
-    }
-  }
-  return out;
+  return made_of(logs, [](const Log& log) {
+    return made_of(log.q.cols(), [&](Index j) { return PositionNoise(log.q.col(j), log.f_m); });
+  });
 }
 
 NoiseSensitivity::NoiseSensitivity(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
@@ -138,11 +126,9 @@ NoiseSensitivity::NoiseSensitivity(const Robot& robot, const BaseParameters& bas
     Regressors regressors(robot, base, motion.samples());
     std::vector<std::vector<Index>> moving(n);
     for (std::size_t i = 0; i < n; ++i) {
-      for (Index k = 0; k < motion.samples(); ++k) {
-        if (std::abs(motion.qd(k, static_cast<Index>(i))) >= data.thresholds[i]) {
-          moving[i].push_back(k);
-        }
-      }
+      moving[i] = places_where(motion.samples(), [&](Index k) {
+        return std::abs(motion.qd(k, static_cast<Index>(i))) >= data.thresholds[i];
+      });
       shares_[i].push_back(static_cast<double>(moving[i].size()) * static_cast<double>(logs[l].samples()) /
                            static_cast<double>(std::max<Index>(motion.samples(), 1)));
     }
@@ -173,10 +159,7 @@ NoiseSensitivity::NoiseSensitivity(const Robot& robot, const BaseParameters& bas
     responses_.push_back(mean_responses(E, columns_, chi));
   }
   for (std::vector<double>& shares : shares_) {
-    double sum = 0.0;
-    for (const double share : shares) {
-      sum += share;
-    }
+    const double sum = sum_of(shares, std::identity());
     for (double& share : shares) {
       share /= sum > 0.0 ? sum : 1.0;
     }
@@ -221,10 +204,7 @@ Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate, co
   std::vector<std::vector<DerivativeNoise>> in_rows;
   for (std::size_t l = 0; l < noise.size(); ++l) {
     const RowBand band(estimate.signals[l], problem.logs[l].f_m);
-    std::vector<DerivativeNoise>& joints = in_rows.emplace_back();
-    for (const PositionNoise& one : noise[l]) {
-      joints.push_back(one.in(band));
-    }
+    in_rows.push_back(made_of(noise[l], [&](const PositionNoise& one) { return one.in(band); }));
   }
   return -(finite_part(estimate.bread) * sensitivity.effect(in_rows, chi, estimate.weights).D_chi);
 }

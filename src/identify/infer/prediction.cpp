@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "accept.hpp"
 #include "identify/infer/parameter_set.hpp"
 #include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
@@ -13,12 +14,11 @@ namespace rivid {
 namespace {
 
 // Makes torques and predictions of the rows that it is given, and forgets the rows.
-class PredictionSink final : public detail::RowSink {
+class PredictionSink final : public detail::BufferedSink {
  public:
   PredictionSink(const std::vector<Index>& columns, const Vector& chi)
-      : chi_(chi(columns)), rows_(detail::RowSource::most_wanted, chi_.size() + 1) {}
+      : BufferedSink(std::ssize(columns) + 1), chi_(chi(columns)) {}
 
-  RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
   void commit(std::span<const Index> samples) override {
     const auto count = static_cast<Index>(samples.size());
     const Vector predicted = rows_.topLeftCorner(count, chi_.size()) * chi_;
@@ -38,7 +38,6 @@ class PredictionSink final : public detail::RowSink {
   }
 
   Vector chi_;
-  Matrix rows_;
   std::vector<Index> samples_;
   std::vector<double> predicted_;
   std::vector<double> measured_;
@@ -46,7 +45,7 @@ class PredictionSink final : public detail::RowSink {
 
 // Splits torques of rows [V_static V_still W Y], where V_static are the columns of a robot that rests at the
 // positions of the log, and V_still those of one that begins to move there.
-class FittedRowsSink final : public detail::RowSink {
+class FittedRowsSink final : public detail::BufferedSink {
  public:
   struct Parameters {
     Vector rigid;     // (b), zero where there is friction
@@ -56,14 +55,13 @@ class FittedRowsSink final : public detail::RowSink {
   };
 
   FittedRowsSink(const std::vector<Index>& columns, const Parameters& chi)
-      : rigid_(chi.rigid(columns)),
+      : BufferedSink(3 * std::ssize(columns) + 1),
+        rigid_(chi.rigid(columns)),
         friction_(chi.friction(columns)),
         all_(chi.all(columns)),
         a_priori_(chi.a_priori(columns)),
-        squares_(Vector::Zero(all_.size())),
-        rows_(detail::RowSource::most_wanted, 3 * all_.size() + 1) {}
+        squares_(Vector::Zero(all_.size())) {}
 
-  RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
   void commit(std::span<const Index> samples) override {
     const auto count = static_cast<Index>(samples.size());
     const Index b = all_.size();
@@ -115,7 +113,6 @@ class FittedRowsSink final : public detail::RowSink {
   Vector all_;
   Vector a_priori_;
   Vector squares_;
-  Matrix rows_;
   std::vector<Index> samples_;
   std::array<std::vector<double>, parts> series_;
 };
@@ -148,10 +145,8 @@ void add_motion(const Vector& q, double f_m, const std::vector<Index>& samples, 
 void add_fitted_rows(const Robot& robot, const Identification& identification, const Log& log,
                      detail::RowSource& rows, Index first_sample, Prediction& out) {
   const FittedRowsSink::Parameters chi = split_parameters(robot, identification);
-  detail::JointSinks<FittedRowsSink> sinks(rows.joints());
-  for (std::size_t j = 0; j < rows.joints(); ++j) {
-    sinks.add(rows.columns(j), chi);
-  }
+  const detail::JointSinks<FittedRowsSink> sinks(
+      rows.joints(), [&](std::size_t j) { return FittedRowsSink(rows.columns(j), chi); });
   const Motion motion = rows.motion();
   std::array<Motion, 2> still = {motion, motion};
   still[0].qd.setZero();
@@ -171,10 +166,8 @@ void add_fitted_rows(const Robot& robot, const Identification& identification, c
 }
 
 detail::JointSinks<PredictionSink> predictions(detail::RowSource& source, const Vector& chi) {
-  detail::JointSinks<PredictionSink> out(source.joints());
-  for (std::size_t j = 0; j < source.joints(); ++j) {
-    out.add(source.columns(j), chi);
-  }
+  detail::JointSinks<PredictionSink> out(
+      source.joints(), [&](std::size_t j) { return PredictionSink(source.columns(j), chi); });
   source.send(out.sinks());
   return out;
 }
@@ -234,9 +227,7 @@ DynamicModel identified_model(const Robot& robot, const Identification& result,
   if (detail::chosen_set(who, result.physical.has_value(), options) == ParameterSet::estimate) {
     return {robot, result.base, result.chi};
   }
-  if (const auto fault = result.base.complaint(robot)) {
-    throw InputError("identified_model: " + *fault);
-  }
+  detail::accept("identified_model", result.base.complaint(robot));
   return {robot, result.physical->parameters.chi_st};
 }
 

@@ -19,7 +19,7 @@ constexpr double most_leverage = 0.9;
 constexpr Index most_products = 4000;
 
 // Takes the rows [V W Y] or [W Y] of a joint and keeps the sums over them.
-class ScoreSink final : public RowSink {
+class ScoreSink final : public BufferedSink {
  public:
   // What rows of the joint count.
   struct Loss {
@@ -38,7 +38,8 @@ class ScoreSink final : public RowSink {
   ScoreSink(Index own, bool with_V, std::vector<Own> estimators, double weight, std::vector<Index> from_V,
             const TimeIntervals& intervals, const TimeBlocks& time_blocks, std::size_t log, Index samples,
             Index stride, std::optional<Loss> loss)
-      : own_(own),
+      : BufferedSink((with_V ? 2 : 1) * own + 1, LagSums::lead),
+        own_(own),
         W_at_(with_V ? own : 0),
         estimators_(std::move(estimators)),
         weight_(weight),
@@ -48,7 +49,6 @@ class ScoreSink final : public RowSink {
         log_at_(log),
         stride_(stride),
         loss_(loss),
-        rows_(Matrix::Zero(LagSums::lead + RowSource::most_wanted, W_at_ + own + 1)),
         rho_(Vector::Zero(LagSums::lead + RowSource::most_wanted)),
         lag_(own, stride, intervals.count(log), intervals.samples(log)),
         product_step_(std::max<Index>(samples / stride / most_products, 1)) {
@@ -56,10 +56,6 @@ class ScoreSink final : public RowSink {
                    {Matrix::Zero(own, own), Vector::Zero(own)});
     sums_.assign(estimators_.size(), Matrix::Zero(intervals.count(log), own));
     curvatures_.assign(loss_ ? estimators_.size() : 0, Matrix::Zero(own, own));
-  }
-
-  RowsRoom room(Index /*wanted*/) override {
-    return {{rows_.data() + LagSums::lead, rows_.rows()}, RowSource::most_wanted};
   }
 
   void commit(std::span<const Index> samples) override {
@@ -200,8 +196,7 @@ class ScoreSink final : public RowSink {
   std::size_t log_at_;
   Index stride_;
   std::optional<Loss> loss_;
-  Matrix rows_;  // behind those of the call before that LagSums needs
-  Vector rho_;   // of the first estimator
+  Vector rho_;  // of the first estimator
   LagSums lag_;
   Index product_step_;  // from one row to the next whose products are summed
   Index seen_ = 0;      // rows
@@ -258,9 +253,8 @@ Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> s
   }
   for (std::size_t l = 0; l < logs.size(); ++l) {
     const Log& log = logs[l];
-    JointSinks<ScoreSink> sinks(joints.size());
     std::vector<Index> widths;
-    for (std::size_t j = 0; j < joints.size(); ++j) {
+    JointSinks<ScoreSink> sinks(joints.size(), [&](std::size_t j) {
       const std::vector<Index>& columns = joints[j].columns;
       widths.push_back(static_cast<Index>(columns.size()) * (instruments.empty() ? 1 : 2) + 1);
       std::vector<ScoreSink::Own> own;
@@ -268,10 +262,10 @@ Scores scores(const EstimationProblem& problem, std::span<const SignalOptions> s
         own.push_back({estimator.chi(columns), estimator.instrumental,
                        estimator.bread.size() > 0 ? Matrix(estimator.bread(columns, columns)) : Matrix()});
       }
-      sinks.add(static_cast<Index>(columns.size()), !instruments.empty(), std::move(own), weights[j],
-                from_V.empty() ? std::vector<Index>{} : from_V[j], intervals, blocks, l, log.samples(),
-                stride_of(signals[l]), loss_of(loss, j));
-    }
+      return ScoreSink(static_cast<Index>(columns.size()), !instruments.empty(), std::move(own), weights[j],
+                       from_V.empty() ? std::vector<Index>{} : from_V[j], intervals, blocks, l, log.samples(),
+                       stride_of(signals[l]), loss_of(loss, j));
+    });
     const WhitenedSinks whitened(sinks.sinks(), whitening, widths);
     problem.send_rows(l, signals[l], whitened.sinks(),
                       instruments.empty() ? instruments : instruments.subspan(l, 1));

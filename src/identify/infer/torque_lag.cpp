@@ -3,6 +3,7 @@
 
 #include "identify/infer/covariance.hpp"
 #include "identify/infer/scores.hpp"
+#include "ranges.hpp"
 #include "rivid/solve/inference.hpp"
 
 namespace rivid::detail {
@@ -82,12 +83,7 @@ std::optional<TorqueLag> torque_lag(const BaseParameters& base, const Scores& sc
     PD += rates.PD[l].colwise().sum().transpose();
     P_rho += rates.P_rho[l].colwise().sum().transpose();
   }
-  std::vector<Index> joints;
-  for (Index j = 0; j < all; ++j) {
-    if (PD[j] > 0.0) {
-      joints.push_back(j);
-    }
-  }
+  const std::vector<Index> joints = places_where(all, [&](Index j) { return PD[j] > 0.0; });
   const auto n = static_cast<Index>(joints.size());
   if (n == 0) {
     return std::nullopt;

@@ -1,5 +1,3 @@
-#include "identify/infer/twins.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -7,6 +5,7 @@
 #include <string>
 
 #include "dense.hpp"
+#include "identify/infer/infer.hpp"
 #include "rivid/error.hpp"
 #include "rivid/solve/inference.hpp"
 #include "rivid/text.hpp"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "accept.hpp"
 #include "identify/choose/row_choice.hpp"
 #include "identify/describe/describe.hpp"
 #include "identify/estimate/fitting_factors.hpp"
@@ -18,17 +19,15 @@ namespace rivid {
 namespace {
 
 // Takes the rows of a joint into the factors of their blocks of time.
-class BlockedRows final : public detail::RowSink {
+class BlockedRows final : public detail::BufferedSink {
  public:
   // joint    whose rows come
   // samples  of the log
   BlockedRows(std::vector<std::vector<RowGroup>>& blocks, std::size_t joint, Index samples)
-      : blocks_(blocks),
+      : BufferedSink(std::ssize(blocks.front()[joint].columns) + 1),
+        blocks_(blocks),
         joint_(joint),
-        time_({{samples, 1.0}}, std::ssize(blocks)),
-        rows_(detail::RowSource::most_wanted, std::ssize(blocks.front()[joint].columns) + 1) {}
-
-  RowsRoom room(Index /*wanted*/) override { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
+        time_({{samples, 1.0}}, std::ssize(blocks)) {}
 
   void commit(std::span<const Index> samples) override {
     time_.divide(0, samples, [&](Index block, Index first, Index count) {
@@ -42,7 +41,6 @@ class BlockedRows final : public detail::RowSink {
   std::vector<std::vector<RowGroup>>& blocks_;
   std::size_t joint_;
   detail::TimeBlocks time_;
-  Matrix rows_;
 };
 
 std::vector<std::vector<RowGroup>> blocks_of_log(const Robot& robot, const BaseParameters& base,
@@ -54,10 +52,8 @@ std::vector<std::vector<RowGroup>> blocks_of_log(const Robot& robot, const BaseP
   }
   detail::ThreadTeam team(threads);
   detail::RowSource source(robot, base, log, signal, team);
-  detail::JointSinks<BlockedRows> sinks(source.joints());
-  for (std::size_t j = 0; j < source.joints(); ++j) {
-    sinks.add(out, j, log.samples());
-  }
+  const detail::JointSinks<BlockedRows> sinks(
+      source.joints(), [&](std::size_t j) { return BlockedRows(out, j, log.samples()); });
   source.send(sinks.sinks());
   return out;
 }
@@ -83,9 +79,7 @@ std::optional<std::string> detail::unknown_to_factors(const Robot& robot, const 
 
 SignalOptions chosen_signal(const Robot& robot, std::span<const Log> logs, const Estimation& estimation) {
   Estimation chosen = estimation;
-  if (const auto fault = estimation.complaint(robot)) {
-    throw InputError("chosen_signal: " + *fault);
-  }
+  detail::accept("chosen_signal", estimation.complaint(robot));
   if (!chosen.signal.automatic()) {
     return chosen.signal;
   }
@@ -110,9 +104,7 @@ LogFactors log_factors(const Robot& robot, const Log& log, const SignalOptions& 
         "log_factors: the rows of each log would be chosen by its own noise; chosen_signal() chooses for "
         "all");
   }
-  if (const auto fault = detail::unknown_to_factors(robot, {.method = Wls{}})) {
-    throw InputError("log_factors: " + *fault);
-  }
+  detail::accept("log_factors", detail::unknown_to_factors(robot, {.method = Wls{}}));
   const BaseParameters base = base_parameters(robot);
   LogFactors out;
   out.rows = factors(robot, base, log, signal, threads);
@@ -148,9 +140,7 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
         "identify: instrumental variables simulate every log; identify from the logs themselves, by "
         "rivid.distributed of the Python package, or by method \"wls\"");
   }
-  if (const auto fault = detail::unknown_to_factors(robot, estimation)) {
-    throw InputError("identify: " + *fault);
-  }
+  detail::accept("identify", detail::unknown_to_factors(robot, estimation));
   detail::Answer answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation));
   answer.method = std::move(choice);
   return described(answer, {}, detail::Widened::whole);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "accept.hpp"
 #include "identify/describe/describe.hpp"
 #include "identify/estimate/fitting_factors.hpp"
 #include "identify/estimate/instruments.hpp"
@@ -115,12 +116,8 @@ LoopFactors loop_factors(const Robot& robot, const Log& log, const Estimation& e
     throw InputError("loop_factors: blocks is " + std::to_string(blocks) + ", must lie between 1 and " +
                      std::to_string(LogFactors::most_blocks));
   }
-  if (const auto fault = unknown_to_loops(robot, estimation)) {
-    throw InputError("loop_factors: " + *fault);
-  }
-  if (const auto fault = estimation.complaint(robot)) {
-    throw InputError("loop_factors: " + *fault);
-  }
+  detail::accept("loop_factors", unknown_to_loops(robot, estimation));
+  detail::accept("loop_factors", estimation.complaint(robot));
   if (const auto fault = log.complaint()) {
     throw InputError(*fault);
   }
@@ -188,9 +185,7 @@ Identification identify(const Robot& robot, const LogFactors& factors, const Est
   if (!ask) {
     throw InputError("identify: ask is empty, must carry out a pass over the logs");
   }
-  if (const auto fault = unknown_to_loops(robot, estimation)) {
-    throw InputError("identify: " + *fault);
-  }
+  detail::accept("identify", unknown_to_loops(robot, estimation));
   return described(
       detail::Answer(std::make_unique<detail::EstimationProblem>(robot, factors, estimation, &ask)), {},
       detail::Widened::whole);

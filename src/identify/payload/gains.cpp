@@ -1,12 +1,11 @@
-#include "identify/payload/gains.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "accept.hpp"
 #include "dense.hpp"
-#include "identify/payload/judged_load.hpp"
+#include "identify/payload/payload_model.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
 #include "rivid/text.hpp"
@@ -192,9 +191,8 @@ GainReport identify_gains(const Robot& its_robot, std::span<const Log> without, 
   Estimation estimation = asked;
   const Robot robot = without_load(its_robot);
   require_for_gains(!without.empty(), "no log without payload is given");
-  for (const auto& fault : {robot.complaint(), options.complaint(robot)}) {
-    require_for_gains(!fault, fault.value_or(""));
-  }
+  detail::accept("identify_gains", robot.complaint());
+  detail::accept("identify_gains", options.complaint(robot));
   require_for_gains(options.mass.has_value() == !with.empty(),
                     options.mass ? "the mass belongs to logs with that payload, and none is given"
                                  : "logs with a payload are given, and not its mass");

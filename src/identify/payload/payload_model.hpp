@@ -3,15 +3,88 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "identify/infer/covariance.hpp"
-#include "identify/payload/arm_prior.hpp"
-#include "identify/payload/payload_rows.hpp"
 #include "identify/rows/time_blocks.hpp"
+#include "rivid/data/log.hpp"
+#include "rivid/identify/estimation.hpp"
+#include "rivid/identify/gains.hpp"
 #include "rivid/identify/payload.hpp"
+#include "rivid/regressor/base.hpp"
 
 namespace rivid::detail {
+
+// What is known of unknowns θ beforehand, as normal equations: JᵀΩJ and JᵀΩρ of measurements of them.
+struct Known {
+  Matrix A;
+  Vector a;
+};
+
+// An arm that was identified before, as a measurement of its parameters:
+//
+//   χ̂ = χ + Σ_j G_j (1 − 1/r_j) + e,   cov e = C,
+//
+// G_j the slopes of χ̂ with the gains: weighted least squares are linear in the torques, and those of joint j
+// are 1/r_j times what it was estimated from.
+class ArmPrior {
+ public:
+  // places    of each parameter of the arm among the unknowns
+  // gains_at  where r begins; −1 where gains are exact
+  ArmPrior(const IdentifiedArm& arm, std::vector<Index> places, Index gains_at);
+
+  void add_to(Known& known, const Vector& theta) const;
+  [[nodiscard]] Index size() const { return chi_.size(); }
+
+ private:
+  Vector chi_;
+  Matrix information_;  // C⁻¹
+  Matrix slopes_;       // G
+  std::vector<Index> places_;
+  Index gains_at_;
+};
+
+// Columns of the arm's base parameters, and of those standard parameters of a link that are none of
+// them.
+struct PayloadColumns : BodyColumns {
+  PayloadColumns(const Robot& robot, int link) : PayloadColumns(base_parameters(robot), link) {}
+  PayloadColumns(const BaseParameters& of_arm, int link) : BodyColumns(link, of_arm), base(of_arm) {}
+
+  BaseParameters base;  // of the arm, friction by load aside
+};
+
+// The rows of one joint from one log.
+struct PayloadRows {
+  std::size_t joint = 0;
+  std::vector<Index> columns;  // of PayloadColumns::all
+  Matrix W;
+  Vector y;
+  std::vector<Index> samples;
+};
+
+// The rows of one log.
+struct PayloadLog {
+  static constexpr Index no_load = -1;
+
+  Index load = no_load;  // which of the payloads it has
+  double f_m = 0.0;
+  Index samples = 0;
+  Index stride = 1;
+  std::vector<PayloadRows> joints;
+};
+
+// All rows of a log, which are held: a payload is identified from minutes.
+//
+// robot  without friction by load
+[[nodiscard]] PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const Log& log,
+                                      const SignalOptions& signal, Index load, ThreadTeam& team);
+
+// The rows of logs without and with payloads. Where the signal leaves them open they are chosen by the noise
+// of those without, if there are any, else of the first with one; `estimation` has them then.
+[[nodiscard]] std::vector<PayloadLog> stacked_rows(const Robot& robot, const PayloadColumns& columns,
+                                                   std::span<const Log> without,
+                                                   std::span<const LoadedLogs> with, Estimation& estimation);
 
 // Radius of gyration of a usual payload [m]: that of a cube of 24 cm. Its square is taken to be known as well
 // as it is large, so that 17 cm are two deviations off.
@@ -140,5 +213,30 @@ class PayloadFit {
   Index rows_ = 0;
   int iterations_ = 0;
 };
+
+// The gains of a fit that has them as unknowns; else none.
+[[nodiscard]] std::vector<GainEstimate> gain_estimates(const Robot& robot, const PayloadFit& fit,
+                                                       const Uncertainty& uncertainty);
+
+// What a settled fit says of payload k, in the flange frame: of what it does not show only why.
+[[nodiscard]] Payload payload_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k,
+                                 const PayloadOptions& options);
+
+// What payload k has that payload `from` had not, as a body of its own, in the flange frame.
+[[nodiscard]] Payload difference_of(const PayloadFit& fit, const Uncertainty& uncertainty, std::size_t k,
+                                    std::size_t from, const PayloadOptions& options);
+
+// What speaks against logs with a payload that a fit has in common with others: examined() by themselves,
+// with the gains that were found, and by what that fit leaves of them.
+//
+// name       of the logs, before the subjects of findings
+// sigma_rho  that the common fit leaves of each joint, at nominal gains, (n)
+[[nodiscard]] std::vector<Finding> judged_load(const Robot& robot, const std::string& name,
+                                               std::span<const Log> logs, const Estimation& estimation,
+                                               const std::vector<GainEstimate>& gains,
+                                               const Vector& sigma_rho);
+
+// Findings with what they are about before their subjects.
+[[nodiscard]] std::vector<Finding> about(const std::string& name, std::vector<Finding> findings);
 
 }  // namespace rivid::detail

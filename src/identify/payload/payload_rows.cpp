@@ -1,6 +1,5 @@
-#include "identify/payload/payload_rows.hpp"
-
 #include "identify/choose/row_choice.hpp"
+#include "identify/payload/payload_model.hpp"
 #include "identify/rows/row_source.hpp"
 
 namespace rivid::detail {
@@ -8,10 +7,9 @@ namespace rivid::detail {
 PayloadLog payload_rows(const Robot& robot, const PayloadColumns& columns, const Log& log,
                         const SignalOptions& signal, Index load, ThreadTeam& team) {
   RowSource source(robot, columns.all, log, signal, team);
-  JointSinks<HeldRows> held(source.joints());
-  for (std::size_t j = 0; j < source.joints(); ++j) {
-    held.add(source.rows() + RowSource::most_wanted, static_cast<Index>(source.columns(j).size()) + 1);
-  }
+  JointSinks<HeldRows> held(source.joints(), [&](std::size_t j) {
+    return HeldRows(source.rows() + RowSource::most_wanted, std::ssize(source.columns(j)) + 1);
+  });
   source.send(held.sinks());
   PayloadLog out{load, log.f_m, log.samples(), stride_of(signal), {}};
   for (std::size_t j = 0; j < source.joints(); ++j) {

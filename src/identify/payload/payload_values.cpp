@@ -1,11 +1,10 @@
-#include "identify/payload/payload_values.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <numeric>
 
 #include "dense.hpp"
+#include "identify/payload/payload_model.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid::detail {

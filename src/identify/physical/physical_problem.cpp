@@ -8,6 +8,7 @@
 #include <map>
 
 #include "dense.hpp"
+#include "ranges.hpp"
 #include "rivid/model/parameters.hpp"
 
 namespace rivid::detail {
@@ -132,11 +133,8 @@ void add_prior(const Physical& options, const std::vector<Eigen::Matrix4d>& nomi
 // A point inside near `wanted`.
 Vector inside_near(const Robot& robot, const Physical& options, const BarrierProblem& barrier,
                    const std::vector<LinearBound>& signs, Vector wanted) {
-  std::vector<Inertial> inertials;
-  inertials.reserve(barrier.bodies.size());
-  for (const Index at : barrier.bodies) {
-    inertials.emplace_back(wanted.segment<inertial_count>(at));
-  }
+  const std::vector<Inertial> inertials =
+      made_of(barrier.bodies, [&](Index at) { return Inertial(wanted.segment<inertial_count>(at)); });
   const std::vector<Eigen::Matrix4d> bodies = nominal_bodies(robot, inertials).pseudo_inertias;
   Vector masses(std::ssize(bodies));
   for (std::size_t j = 0; j < bodies.size(); ++j) {

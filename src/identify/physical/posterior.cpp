@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "accept.hpp"
 #include "dense.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/physical.hpp"
@@ -90,9 +91,7 @@ Robot described_by(Robot robot, const Vector& chi_st) {
 }
 
 void check_posterior(const Robot& robot, const Identification& result, const PosteriorOptions& options) {
-  if (const auto fault = range_fault(options)) {
-    throw InputError("posterior_samples: " + *fault);
-  }
+  detail::accept("posterior_samples", range_fault(options));
   if (result.base.standard.size() != robot.standard_parameters().size() ||
       static_cast<std::size_t>(result.answer().size()) != result.base.parameters.size()) {
     throw InputError("posterior_samples: the result is that of another robot than \"" + robot.name + "\"");

@@ -10,6 +10,7 @@
 
 #include "identify/rows/kept_rows.hpp"
 #include "identify/rows/row_source.hpp"
+#include "ranges.hpp"
 #include "rivid/identify/estimation.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/solve/least_squares.hpp"
@@ -54,12 +55,7 @@ template <typename Group, typename Carried>
 // The columns that the factors of each joint touch.
 template <typename Group>
 [[nodiscard]] std::vector<std::vector<Index>> columns_of(const std::vector<Group>& groups) {
-  std::vector<std::vector<Index>> out;
-  out.reserve(groups.size());
-  for (const Group& group : groups) {
-    out.push_back(group.columns);
-  }
-  return out;
+  return made_of(groups, &Group::columns);
 }
 
 // Adds the rows of other groups of the same columns; takes these where there are none yet.
@@ -80,11 +76,7 @@ template <typename Group>
 [[nodiscard]] std::vector<std::vector<Group>> fewer_blocks(std::vector<std::vector<Group>> blocks,
                                                            Index most) {
   const auto rows = [&](std::size_t g) {
-    Index out = 0;
-    for (const Group& group : blocks[g]) {
-      out += group.qr.rows();
-    }
-    return out;
+    return sum_of(blocks[g], [&](const Group& group) { return group.qr.rows(); });
   };
   while (std::ssize(blocks) > most) {
     std::size_t least = 0;

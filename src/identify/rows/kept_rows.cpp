@@ -85,21 +85,17 @@ void KeptRows::send(std::span<RowSink* const> sinks, std::span<const Motion> oth
     return static_cast<Index>(source_.columns(j).size() * others.size());
   };
   if (!rows_.empty()) {
-    JointSinks<JoiningSink> joining(source_.joints());
-    for (std::size_t j = 0; j < source_.joints(); ++j) {
-      joining.add(*sinks[j], rows_[j], columns_of_others(j));
-    }
+    const JointSinks<JoiningSink> joining(source_.joints(), [&](std::size_t j) {
+      return JoiningSink(*sinks[j], rows_[j], columns_of_others(j));
+    });
     source_.send_others(joining.sinks(), others);
     return;
   }
-  std::vector<HeldRows> rows;
-  for (std::size_t j = 0; j < source_.joints(); ++j) {
-    rows.emplace_back(source_.rows(), static_cast<Index>(source_.columns(j).size()) + 1);
-  }
-  JointSinks<KeepingSink> keeping(source_.joints());
-  for (std::size_t j = 0; j < source_.joints(); ++j) {
-    keeping.add(*sinks[j], rows[j], columns_of_others(j));
-  }
+  std::vector<HeldRows> rows = made_of(source_.joints(), [&](std::size_t j) {
+    return HeldRows(source_.rows(), std::ssize(source_.columns(j)) + 1);
+  });
+  const JointSinks<KeepingSink> keeping(
+      source_.joints(), [&](std::size_t j) { return KeepingSink(*sinks[j], rows[j], columns_of_others(j)); });
   source_.send(keeping.sinks(), others, progress);
   rows_ = std::move(rows);
 }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <variant>
 
+#include "accept.hpp"
 #include "rivid/error.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/signal/decimate.hpp"
@@ -50,9 +51,7 @@ void require_decimation(int n_d, Index samples, const Log& log) {
 
 // throws InputError where they are not of this robot
 std::vector<StandardParameter> own_columns(const Robot& robot, const BaseParameters& base) {
-  if (const auto fault = base.complaint(robot)) {
-    throw InputError("rows: " + *fault);
-  }
+  accept("rows", base.complaint(robot));
   return base.columns();
 }
 
@@ -211,13 +210,9 @@ RowSource::RowSource(const Robot& robot, const BaseParameters& base, const Log& 
       team_(team),
       batch_(robot, own_columns(robot, base)),
       load_("rows", robot, base, batch_) {
-  if (const auto complaint = options.complaint(robot.size())) {
-    throw InputError("rows: " + *complaint);
-  }
+  accept("rows", options.complaint(robot.size()));
   require_joints("position", log.q, robot, log);
-  if (const auto complaint = log.complaint()) {
-    throw InputError("rows: " + *complaint);
-  }
+  accept("rows", log.complaint());
   require_cutoff("cutoff_hz", options.cutoff_hz, log);
   require_cutoff("torque_cutoff_hz", options.torque_cutoff_hz, log);
   range_ = kept_range(log, options);
@@ -356,10 +351,8 @@ void RowSource::send_parts(std::span<RowSink* const> sinks, std::span<const Moti
     run(stream, others, progress);
     return;
   }
-  JointSinks<HeldRows> series(joints());
-  for (std::size_t j = 0; j < joints(); ++j) {
-    series.add(range_.count, row_width(j, parts));
-  }
+  const JointSinks<HeldRows> series(
+      joints(), [&](std::size_t j) { return HeldRows(range_.count, row_width(j, parts)); });
   Stream all = planned(series.sinks(), parts, team_.size());
   for (StreamedJoint& joint : all.joints) {
     joint.all_kept = true;

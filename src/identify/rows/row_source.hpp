@@ -2,11 +2,11 @@
 
 #include <functional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "identify/rows/exact_rows.hpp"
 #include "identify/rows/thread_team.hpp"
+#include "ranges.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/model/robot.hpp"
@@ -42,20 +42,16 @@ class RowSink {
 template <typename Sink>
 class JointSinks {
  public:
-  explicit JointSinks(std::size_t joints) {
-    own_.reserve(joints);
-    sinks_.reserve(joints);
-  }
+  /// @param make  gives that of joint j
+  template <typename Make>
+  JointSinks(std::size_t joints, const Make& make)
+      : own_(made_of(joints, make)),
+        sinks_(made_of(joints, [&](std::size_t j) -> RowSink* { return &own_[j]; })) {}
   JointSinks(const JointSinks&) = delete;
   JointSinks& operator=(const JointSinks&) = delete;
   JointSinks(JointSinks&&) = default;
   JointSinks& operator=(JointSinks&&) = default;
   ~JointSinks() = default;
-
-  template <typename... Arguments>
-  void add(Arguments&&... arguments) {
-    sinks_.push_back(&own_.emplace_back(std::forward<Arguments>(arguments)...));
-  }
 
   [[nodiscard]] std::span<RowSink* const> sinks() const { return sinks_; }
   [[nodiscard]] Sink& operator[](std::size_t j) { return own_[j]; }
@@ -215,6 +211,23 @@ class RowSource {
   double mass_ = 0.0;
   bool all_kept_ = false;
   bool load_by_row_ = false;  // the load is computed from decimated rows
+};
+
+/// A sink with a room of its own, behind `lead` rows that belong to its commit(), zero at first.
+class BufferedSink : public RowSink {
+ public:
+  RowsRoom room(Index /*wanted*/) final {
+    return {{rows_.data() + lead_, rows_.rows()}, RowSource::most_wanted};
+  }
+
+ protected:
+  explicit BufferedSink(Index columns, Index lead = 0)
+      : rows_(Matrix::Zero(lead + RowSource::most_wanted, columns)), lead_(lead) {}
+
+  Matrix rows_;
+
+ private:
+  Index lead_;
 };
 
 /// @throws InputError  where a series of the log has other sizes than robot and log ask for

@@ -7,9 +7,11 @@
 #include <map>
 #include <mutex>
 
+#include "accept.hpp"
 #include "dense.hpp"
 #include "identify/rows/factors.hpp"
 #include "identify/rows/row_source.hpp"
+#include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/signal/decimate.hpp"
 #include "rivid/text.hpp"
@@ -87,11 +89,7 @@ std::vector<double> thresholds_of(const detail::RowSource& source, const SignalO
     return options.velocity_threshold.empty() ? std::vector<double>(source.joints(), 0.0)
                                               : options.velocity_threshold;
   }
-  std::vector<double> out;
-  for (const detail::MotionMask& mask : source.masks()) {
-    out.push_back(mask.threshold);
-  }
-  return out;
+  return detail::made_of(source.masks(), &detail::MotionMask::threshold);
 }
 
 // A position that is nowhere near the others, as a corrupt line leaves it, for a message; empty where there is
@@ -196,9 +194,7 @@ std::optional<std::string> SignalOptions::complaint(Index n) const {
 }
 
 Log joint_side(const Robot& robot, Log log) {
-  if (const auto complaint = robot.complaint()) {
-    throw InputError("joint_side: " + *complaint);
-  }
+  detail::accept("joint_side", robot.complaint());
   // One row a sample: everything is multiplied from the right.
   const Matrix R = robot.gears();
   const Matrix from_motor = detail::inverse(R).transpose();
@@ -243,10 +239,9 @@ Observation decimate(Observation W, int n_d, Convention convention) {
 Rows rows(const Robot& robot, const BaseParameters& base, const Log& log, const SignalOptions& options) {
   detail::ThreadTeam alone(1);
   detail::RowSource source(robot, base, log, options, alone);
-  detail::JointSinks<detail::HeldRows> held(source.joints());
-  for (std::size_t j = 0; j < source.joints(); ++j) {
-    held.add(source.rows(), static_cast<Index>(source.columns(j).size()) + 1);
-  }
+  detail::JointSinks<detail::HeldRows> held(source.joints(), [&](std::size_t j) {
+    return detail::HeldRows(source.rows(), std::ssize(source.columns(j)) + 1);
+  });
   source.send(held.sinks());
 
   Rows out;
@@ -276,9 +271,8 @@ RowFactors checked_factors(std::vector<RowGroup> groups, const detail::RowSource
                            const Log& log, const SignalOptions& options) {
   RowFactors out;
   out.groups = std::move(groups);
-  for (const RowGroup& group : out.groups) {
-    out.left_out.push_back(source.rows() - group.qr.rows());
-  }
+  out.left_out =
+      detail::made_of(out.groups, [&](const RowGroup& group) { return source.rows() - group.qr.rows(); });
   out.thresholds = thresholds_of(source, options);
   std::vector<Seen> seen;
   for (const RowGroup& group : out.groups) {
@@ -351,28 +345,17 @@ void add_factors(RowFactors& into, RowFactors part) {
 }
 
 JointSinks<FactorSink> factor_sinks(std::span<RowGroup> groups) {
-  JointSinks<FactorSink> out(groups.size());
-  for (RowGroup& group : groups) {
-    out.add(group.qr);
-  }
-  return out;
+  return {groups.size(), [&](std::size_t j) { return FactorSink(groups[j].qr); }};
 }
 
 std::vector<RowGroup> empty_groups(std::span<const RowGroup> like) {
-  std::vector<RowGroup> out;
-  out.reserve(like.size());
-  for (const RowGroup& group : like) {
-    out.push_back({group.columns, StreamingQr(static_cast<Index>(group.columns.size()))});
-  }
-  return out;
+  return made_of(like, [&](const RowGroup& group) {
+    return RowGroup{group.columns, StreamingQr(static_cast<Index>(group.columns.size()))};
+  });
 }
 
 Index rows_of(std::span<const RowGroup> groups) {
-  Index rows = 0;
-  for (const RowGroup& group : groups) {
-    rows += group.qr.rows();
-  }
-  return rows;
+  return sum_of(groups, [&](const RowGroup& group) { return group.qr.rows(); });
 }
 
 RowFactors all_factors(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "ranges.hpp"
 #include "rivid/data/log.hpp"
 #include "rivid/types.hpp"
 
@@ -53,10 +54,7 @@ struct Duration {
 class TimeBlocks {
  public:
   TimeBlocks(std::vector<Duration> logs, Index wanted) : logs_(std::move(logs)) {
-    double seconds = 0.0;
-    for (const Duration& log : logs_) {
-      seconds += log.seconds();
-    }
+    const double seconds = sum_of(logs_, &Duration::seconds);
     for (const Duration& log : logs_) {
       first_.push_back(count_);
       count_ += std::max<Index>(std::lround(static_cast<double>(wanted) * (log.seconds() / seconds)), 1);

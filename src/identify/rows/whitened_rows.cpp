@@ -46,13 +46,11 @@ Autoregression autoregression(const StreamingQr& lagged, Index order) {
 }
 
 LaggedResidualSink::LaggedResidualSink(StreamingQr& lagged, Vector chi, std::vector<Index> from_V)
-    : lagged_(lagged),
+    : BufferedSink(2 * chi.size() + 1),
+      lagged_(lagged),
       chi_(std::move(chi)),
       from_V_(std::move(from_V)),
-      rows_(RowSource::most_wanted, 2 * chi_.size() + 1),
       before_(Vector::Zero(lagged.columns())) {}
-
-RowsRoom LaggedResidualSink::room(Index /*wanted*/) { return {{rows_.data(), rows_.rows()}, rows_.rows()}; }
 
 void LaggedResidualSink::commit(std::span<const Index> samples) {
   const auto count = static_cast<Index>(samples.size());
@@ -82,11 +80,7 @@ void LaggedResidualSink::commit(std::span<const Index> samples) {
 }
 
 WhitenedSink::WhitenedSink(RowSink& to, Vector ar, Index columns)
-    : to_(to), ar_(std::move(ar)), rows_(Matrix::Zero(ar_.size() + RowSource::most_wanted, columns)) {}
-
-RowsRoom WhitenedSink::room(Index /*wanted*/) {
-  return {{rows_.data() + ar_.size(), rows_.rows()}, RowSource::most_wanted};
-}
+    : BufferedSink(columns, ar.size()), to_(to), ar_(std::move(ar)) {}
 
 void WhitenedSink::commit(std::span<const Index> samples) {
   const Index p = ar_.size();

@@ -21,19 +21,17 @@ struct Autoregression {
 [[nodiscard]] Autoregression autoregression(const StreamingQr& lagged, Index order);
 
 // Gathers the lagged residuals Y − W χ of a joint's rows [V W Y]. A gap between rows begins a new stretch.
-class LaggedResidualSink final : public RowSink {
+class LaggedResidualSink final : public BufferedSink {
  public:
   // from_V  columns of W that are taken from V
   LaggedResidualSink(StreamingQr& lagged, Vector chi, std::vector<Index> from_V);
 
-  RowsRoom room(Index wanted) override;
   void commit(std::span<const Index> samples) override;
 
  private:
   StreamingQr& lagged_;
   Vector chi_;
   std::vector<Index> from_V_;
-  Matrix rows_;
   Vector before_;  // ρ_{t−1}, ρ_{t−2} …
   Index run_ = 0;  // rows since the last gap
   Index last_ = -1;
@@ -41,18 +39,16 @@ class LaggedResidualSink final : public RowSink {
 
 // Sends rows x_t − Σ_i ar_i x_{t−i} on to another sink. The filter starts anew after each gap between rows,
 // where the first p rows of a stretch only fill it.
-class WhitenedSink final : public RowSink {
+class WhitenedSink final : public BufferedSink {
  public:
   // columns  of the rows
   WhitenedSink(RowSink& to, Vector ar, Index columns);
 
-  RowsRoom room(Index wanted) override;
   void commit(std::span<const Index> samples) override;
 
  private:
   RowSink& to_;
-  Vector ar_;
-  Matrix rows_;  // the last p ones, then the room
+  Vector ar_;  // (p); the room is behind the last p rows
   Index run_ = 0;
   Index last_ = -1;
   std::vector<Index> kept_;     // of the rows in the room
