@@ -59,7 +59,8 @@ Reduced reduced(const Eigen::Ref<const Matrix>& root, const Vector& chi, const s
   out.from = inverse * (qr.Q.transpose() * root);
   out.chi = out.from * chi;
   out.spread = inverse.rowwise().norm();
-  out.loss = (root * chi - columns * out.chi).squaredNorm();
+  const Vector left = root * chi - columns * out.chi;
+  out.loss = left.squaredNorm();
   return out;
 }
 

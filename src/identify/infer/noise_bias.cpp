@@ -206,7 +206,8 @@ Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate, co
     const RowBand band(estimate.signals[l], problem.logs[l].f_m);
     in_rows.push_back(made_of(noise[l], [&](const PositionNoise& one) { return one.in(band); }));
   }
-  return -(finite_part(estimate.bread) * sensitivity.effect(in_rows, chi, estimate.weights).D_chi);
+  const Vector D_chi = sensitivity.effect(in_rows, chi, estimate.weights).D_chi;
+  return -finite_part(estimate.bread) * D_chi;
 }
 
 }  // namespace rivid::detail

@@ -89,8 +89,8 @@ LeftOut without_blocks(const EstimationProblem& problem, const Estimate& estimat
     const SymmetricEigen others = symmetric_eigen(scale.asDiagonal() * (all - own) * scale.asDiagonal());
     const double least = undetermined_part * others.values[b - 1];
     const Vector inverse = others.values.unaryExpr([&](double x) { return x > least ? 1.0 / x : 0.0; });
-    const Vector seen =
-        others.vectors.transpose() * scale.asDiagonal() * ((all - own) * estimate.chi - block.Z_rho);
+    const Vector pull = (all - own) * estimate.chi - block.Z_rho;
+    const Vector seen = others.vectors.transpose() * scale.asDiagonal() * pull;
     Vector chi = scale.asDiagonal() * (others.vectors * inverse.cwiseProduct(seen));
     if (options != nullptr) {
       const Vector roots = others.values.unaryExpr([&](double x) { return x > least ? std::sqrt(x) : 0.0; });
