@@ -208,11 +208,11 @@ TEST(RowSource, SendsOtherMotionsInTheSameRows) {
 
 // Rows of a joint that were sent, and the sinks that hold them.
 struct Sent {
-  Sent(const detail::RowSource& source, std::size_t others) : sinks(source.joints()) {
-    for (std::size_t j = 0; j < source.joints(); ++j) {
-      sinks.add(source.rows(), static_cast<Index>((others + 1) * source.columns(j).size()) + 1);
-    }
-  }
+  Sent(const detail::RowSource& source, std::size_t others)
+      : sinks(source.joints(), [&](std::size_t j) {
+          return detail::HeldRows(source.rows(),
+                                  static_cast<Index>((others + 1) * source.columns(j).size()) + 1);
+        }) {}
 
   detail::JointSinks<detail::HeldRows> sinks;
 };
