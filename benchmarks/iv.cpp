@@ -141,11 +141,10 @@ void kept_rows(benchmark::State& state) {
   detail::ThreadTeam team(1);
   detail::KeptRows kept(robot, base, log, signal, team);
   const auto into_factors = [&](auto& source) {
-    detail::JointSinks<FactorSink> sinks(robot.joints.size());
-    for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    detail::JointSinks<FactorSink> sinks(robot.joints.size(), [&](std::size_t j) {
       const auto own = static_cast<Index>(kept.source().columns(j).size());
-      sinks.add(own, own + 1);
-    }
+      return FactorSink(own, own + 1);
+    });
     source.send(sinks.sinks(), std::span(&motion, 1));
     benchmark::DoNotOptimize(sinks[0].qr().R().data());
   };
