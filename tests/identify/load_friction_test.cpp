@@ -254,7 +254,8 @@ TEST(FrictionChoice, WidensTheIntervalsByLawsThatItHardlyDistinguishes) {
   EXPECT_GT(held, without);
 }
 
-// A joint of dry and viscous friction that has √|q̇| by the part of the log.
+// A joint of dry and viscous friction that has √|q̇| by the part of the log, of which only what they can not
+// take up: else Fv and Fc would change with it.
 Log with_root_friction(Study& study, const std::function<double(double part)>& Fr, double noise,
                        std::uint64_t seed) {
   for (std::size_t i = 0; i < study.base.parameters.size(); ++i) {
@@ -264,15 +265,30 @@ Log with_root_friction(Study& study, const std::function<double(double part)>& F
   }
   const Rows made = rows(study.robot, study.base, study.log, Study::signal());
   for (std::size_t j = 0; j < made.Y.size(); ++j) {
-    const JointRows& joint = made.W.joints[j];
+    JointRows joint = made.W.joints[j];
+    const auto kind = [&](std::size_t c) {
+      return study.base.parameters[static_cast<std::size_t>(joint.columns[c])].leading.kind;
+    };
+    std::vector<Index> others;
+    for (std::size_t c = 0; c < joint.columns.size(); ++c) {
+      if (kind(c) == ParameterKind::Fv || kind(c) == ParameterKind::Fc) {
+        others.push_back(static_cast<Index>(c));
+      }
+    }
+    const Matrix taken = joint.W(Eigen::all, others);
+    for (std::size_t c = 0; c < joint.columns.size(); ++c) {
+      if (kind(c) == ParameterKind::Fr) {
+        const Vector root = joint.W.col(static_cast<Index>(c));
+        joint.W.col(static_cast<Index>(c)) -= taken * taken.householderQr().solve(root);
+      }
+    }
     for (Index k = 0; k < made.Y[j].size(); ++k) {
       const Index sample = made.samples[j][static_cast<std::size_t>(k)];
       double tau = 0.0;
       for (std::size_t c = 0; c < joint.columns.size(); ++c) {
-        const bool root = study.base.parameters[static_cast<std::size_t>(joint.columns[c])].leading.kind ==
-                          ParameterKind::Fr;
+        const double part = static_cast<double>(sample) / static_cast<double>(study.log.samples());
         tau += joint.W(k, static_cast<Index>(c)) * study.truth[joint.columns[c]] *
-               (root ? Fr(static_cast<double>(sample) / static_cast<double>(study.log.samples())) : 1.0);
+               (kind(c) == ParameterKind::Fr ? Fr(part) : 1.0);
       }
       study.log.tau(sample, static_cast<Index>(j)) = tau;
     }
