@@ -12,7 +12,6 @@ int excite_tool(int argc, char** argv);
 int simulate_tool(int argc, char** argv);
 int montecarlo_tool(int argc, char** argv);
 int online_tool(int argc, char** argv);
-int paper_study_tool(int argc, char** argv);
 
 /// Subcommands that a tool has as a program of its own.
 [[nodiscard]] std::vector<std::string> subcommands_of(std::string_view tool);

@@ -54,7 +54,6 @@ constexpr auto programs = std::to_array<Program>({
     {"explain", "rivid_identify explain", explain_command, "CODE", "cause and cure of a finding or a status"},
     {"try", "rivid_identify try", try_command, "CODE EXPERIMENT.toml",
      "the hint of a finding, taken and judged"},
-    {"paper", "rivid_paper_study", paper_study_tool, "DIR", "the case study of the paper"},
     {"demo", "rivid demo", demo_command, "DIR", "a simulated robot, from description to report"},
 });
 

@@ -85,7 +85,7 @@ if(TARGET tool_pages)
   find_program(RIVID_BASH bash DOC "bash, for the test of its completions")
   find_program(RIVID_ZSH zsh DOC "zsh, for the test of its completions")
   mark_as_advanced(RIVID_BASH RIVID_ZSH)
-  foreach(tool IN ITEMS rivid rivid_excite rivid_identify rivid_montecarlo rivid_online rivid_paper_study rivid_simulate)
+  foreach(tool IN ITEMS rivid rivid_excite rivid_identify rivid_montecarlo rivid_online rivid_simulate)
     set(pages ${PROJECT_BINARY_DIR}/apps)
     rivid_script_test(man_page_of_${tool} ${PROJECT_SOURCE_DIR}/cmake/tool_pages/check_man_page.cmake cli
                       -DPROGRAM=${pages}/${tool} -DPAGE=${pages}/${tool}.1)

@@ -255,7 +255,6 @@ struct Chart {
   std::vector<double> x_shown = {};  // values that the axes reach, besides the data
   std::vector<double> y_shown = {};
   bool logarithmic = false;  // ordinate
-  bool x_logarithmic = false;
   Size size = Size::panel;
   double height = 230.0;
   std::optional<std::size_t> log = {};  // over the time of that log, along which the reader can move

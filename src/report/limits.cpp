@@ -35,7 +35,6 @@ constexpr auto command_numbers = std::to_array<CommandLineNumber>({
     {"--seed", "`rivid excite`, `rivid export`, `rivid simulate`, `rivid_odd`", seed_range},
     {"--runs", "`rivid study`", key_range<MonteCarlo>("runs")},
     {"--first-run", "`rivid study`", Range::from(0, key_range<MonteCarlo>("runs").most)},
-    {"--seeds", "`rivid paper`", Range::within(1, 1000)},
     {"--count", "`rivid_odd`", Range::within(1, 1e6)},
     {"--first", "`rivid_odd`", Range::within(0, 1e9)},
     {"--blocks", "`rivid factors`", Range::within(1, LogFactors::most_blocks)},

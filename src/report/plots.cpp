@@ -81,8 +81,7 @@ Json data_of(const Chart& chart) {
           {"y_shown", chart.y_shown},
           {"height", chart.height},
           {"rules", json_list(chart.rules, of_rule)},
-          {"series", json_list(places(chart.series.size()), of_series)},
-          {"x_logarithmic", chart.x_logarithmic}};
+          {"series", json_list(places(chart.series.size()), of_series)}};
 }
 
 Json data_of(const HeatMap& map) {

@@ -5,7 +5,7 @@ set -euo pipefail
 tool=$(realpath -s "$1")
 name=$(basename "$tool")
 # What its help calls it.
-called=$(sed "s/^rivid_identify$/rivid/; s/^rivid_montecarlo$/rivid study/; s/^rivid_paper_study$/rivid paper/; s/_/ /" <<<"$name")
+called=$(sed "s/^rivid_identify$/rivid/; s/^rivid_montecarlo$/rivid study/; s/_/ /" <<<"$name")
 faults=0
 fault() { echo "$name: $1" >&2; faults=$((faults + 1)); }
 # shellcheck disable=SC1090

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -46,23 +47,25 @@ struct ScaraStudy {
   }
   void set(const std::string& name, double value) { truth[index(name)] = value; }
 
-  /// S1, or S2 with its via points doubled.
-  [[nodiscard]] static PointToPointReference moves(double size) {
-    Matrix via(9, 2);
-    via << 0, 0, 1.5, 2, -1, -1, 1, 1.5, -1.5, -2, 1, -.5, -.5, 2, 1.2, -1.5, 0, 0;
-    return PointToPointReference({.via = size * via, .durations = Vector::Constant(1, 2.5)});
+  /// S1, or S2 with its via points doubled; gone through so many times, each move in so many seconds.
+  [[nodiscard]] static PointToPointReference moves(double size, int rounds = 1, double seconds = 2.5) {
+    Matrix once(8, 2);
+    once << 0, 0, 1.5, 2, -1, -1, 1, 1.5, -1.5, -2, 1, -.5, -.5, 2, 1.2, -1.5;
+    Matrix via = Matrix::Zero(8 * rounds + 1, 2);
+    via.topRows(8 * rounds) = size * once.replicate(rounds, 1);
+    return PointToPointReference({.via = via, .durations = Vector::Constant(1, seconds)});
   }
 
   [[nodiscard]] static Sampling computer() { return {.period = 1.0 / f_m}; }
 
   /// What the controller's computer would log.
-  [[nodiscard]] Log log(double size, std::uint64_t seed) const {
+  [[nodiscard]] Log log(double size, std::uint64_t seed) const { return log(moves(size), seed); }
+  [[nodiscard]] Log log(const PointToPointReference& reference, std::uint64_t seed) const {
     SimulationOptions options{.f_m = f_m};
     options.sampling = computer();
-    constexpr Index rows = 4001;
+    const Index rows = std::lround(reference.duration() * f_m) + 1;
     options.sampling.position_noise = white_noise(seed, 1, rows, Vector::Constant(2, encoder_noise));
     options.disturbance = white_noise(seed, 2, rows, disturbance);
-    const PointToPointReference reference = moves(size);
     const Simulation run = simulate(robot, base, truth, control, J, reference, options);
     Log out;
     out.source = "seed " + std::to_string(seed);

@@ -218,8 +218,8 @@
     // Plots over time stand below each other, with their ticks.
     const longest = Math.max(log === undefined ? 1 : 6, ...y.ticks.map((tick) => digits(tick, 6).length));
     const frame = { left: 26 + digit_width * longest, top: 6, right: width - 10, bottom };
-    const span = ranges[log] ? [min, max] : range_of([...all.map((s) => s.x), chart.x_shown], chart.x_logarithmic);
-    const x = scale_of(span, [frame.left, frame.right], { logarithmic: chart.x_logarithmic, count: Math.max(width / 110, 5) });
+    const span = ranges[log] ? [min, max] : range_of([...all.map((s) => s.x), chart.x_shown]);
+    const x = scale_of(span, [frame.left, frame.right], { count: Math.max(width / 110, 5) });
     let content = shown.map((s) => drawn_as[s.kind](s, x, y)).join("");
     for (const { upright, at, style } of chart.rules) {
       content += upright
