@@ -2,7 +2,7 @@
 
     python docs/site/build.py --out build/test/site [--figures FOLDER] [--api build/test/doxygen/html] [--tools build/test/apps]
 
-Pages are those of docs/, README, CONTRIBUTING and CHANGELOG, and the READMEs of data/. Other files of the repository that a page
+Pages are those of docs/, README, CONTRIBUTING and CHANGELOG, the READMEs of data/, and the tuning constants of the sources. Other files of the repository that a page
 links to are copied beside it. --figures takes freshly drawn figures in place of docs/figures; --tools makes the report pages of the
 gallery. A link [text](page.md "made.html") leads to made.html where --api or --tools have made it. --katex is the folder of KaTeX, which
 the site ships for its formulas: that of Debian's package libjs-katex.
@@ -19,6 +19,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from constants import page as constants_page
 from mkdocs.commands.build import build
 from mkdocs.config import load_config
 from mkdocs.config.config_options import ExtraScriptValue
@@ -101,6 +102,7 @@ def assemble(folder: Path, figures: Path, api: Path | None, tools: Path | None) 
     for path, name in pages.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(page(path, name, pages, folder), encoding="utf-8")
+    (folder / "constants.md").write_text(constants_page(), encoding="utf-8")
     if api is not None:
         shutil.copytree(api, folder / "api")
     if tools is not None:
