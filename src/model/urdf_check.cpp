@@ -23,7 +23,7 @@ std::string link_who(const std::string& name) { return "link \"" + name + "\""; 
 std::string joint_who(const std::string& name) { return "joint \"" + name + "\""; }
 
 template <typename... Parts>
-std::string joined(const Parts&... parts) {
+std::string concatenated(const Parts&... parts) {
   std::ostringstream out;
   (out << ... << parts);
   return out.str();
@@ -132,7 +132,7 @@ class Checker {
     }
     const double mass = document_.number(mass_node, "value", who);
     if (mass < 0.0) {
-      refuse_body(mass_node, joined(who, ": mass is ", mass, " kg, must not be negative"), counts);
+      refuse_body(mass_node, concatenated(who, ": mass is ", mass, " kg, must not be negative"), counts);
     }
     set(out.append_child("mass"), "value", exact(mass));
     std::array<double, 6> I{};
@@ -157,7 +157,7 @@ class Checker {
     }
     // Scaled, so that huge and tiny figures neither overflow nor vanish.
     const Eigen::Vector3d moments = size * symmetric_eigenvalues(tensor / size);
-    const std::string principal = joined(moments[0], ", ", moments[1], ", ", moments[2], " kg·m²");
+    const std::string principal = concatenated(moments[0], ", ", moments[1], ", ", moments[2], " kg·m²");
     if (moments[0] < -inertia_tolerance * size) {
       refuse_body(node, who + ": its inertia is not positive semidefinite: principal moments " + principal,
                   counts);
@@ -219,8 +219,8 @@ class Checker {
                        who + ": its axis is \"" + node.attribute("xyz").value() + "\", must not be zero");
     }
     if (std::abs(length - 1.0) > axis_length_tolerance) {
-      warn(node, joined(who, ": its axis \"", node.attribute("xyz").value(), "\" has the length ", length,
-                        "; taken as a direction"));
+      warn(node, concatenated(who, ": its axis \"", node.attribute("xyz").value(), "\" has the length ",
+                              length, "; taken as a direction"));
     }
     // Divided twice, since the square of a huge or tiny length would not be finite.
     set(out.append_child("axis"), "xyz",
@@ -231,7 +231,8 @@ class Checker {
   double positive_limit(pugi::xml_node node, const char* attribute, const std::string& who, bool tell) {
     const double value = document_.number_or(infinity, node, attribute, who);
     if (value < 0.0) {
-      document_.refuse(node, joined(who, ": its ", attribute, " limit is ", value, ", must not be negative"));
+      document_.refuse(node,
+                       concatenated(who, ": its ", attribute, " limit is ", value, ", must not be negative"));
     }
     if (tell && (value == 0.0 || value == infinity)) {
       warn(node, who + ": its " + attribute + " limit is " + (value == 0.0 ? "0" : "not given") +
@@ -258,13 +259,14 @@ class Checker {
       return out;
     }
     if (lower > upper) {
-      document_.refuse(node, joined(who, ": its lower limit ", lower, " is above its upper limit ", upper));
+      document_.refuse(node,
+                       concatenated(who, ": its lower limit ", lower, " is above its upper limit ", upper));
     }
     if (lower < upper) {
       out.lower = lower;
       out.upper = upper;
     } else if (tell) {
-      warn(node, joined(who, ": its position limits are both ", lower, "; taken as unlimited"));
+      warn(node, concatenated(who, ": its position limits are both ", lower, "; taken as unlimited"));
     }
     return out;
   }
@@ -287,7 +289,8 @@ class Checker {
     for (const char* attribute : {"damping", "friction"}) {
       const double value = document_.number_or(0.0, node, attribute, who);
       if (value < 0.0) {
-        document_.refuse(node, joined(who, ": its ", attribute, " is ", value, ", must not be negative"));
+        document_.refuse(node,
+                         concatenated(who, ": its ", attribute, " is ", value, ", must not be negative"));
       }
       set(dynamics, attribute, exact(value));
     }
