@@ -80,10 +80,11 @@ constexpr double alike = Likeness::alike;
 // Motions that are so many times their references are in other units: degrees, millimetres. Slow control and
 // resonances make other factors.
 constexpr std::array unit_factors = {180.0 / std::numbers::pi, std::numbers::pi / 180.0, 1000.0, 1e-3};
-constexpr double like_a_unit = 0.4;
+constexpr double like_a_unit = 0.4;  // of log(factor / unit): from 1/1.5 to 1.5 times; a choice
 // Search for delays of the motion behind its reference [s].
 constexpr double longest_lead = 0.5;
 constexpr double longest_delay = 5.0;
+// of a log, evenly over it; a choice that bounds the time of the search
 constexpr Index compared_samples = 600;
 // Correlation of a motion with the reference of another joint that shows them exchanged, and below which it
 // has nothing to do with its own.

@@ -64,7 +64,7 @@ bool describes_bodies(const Robot& robot) {
     }
   }
   const auto alike = [](const std::vector<double>& x) {
-    constexpr double rounding = 1e-9;
+    constexpr double rounding = 1e-9;  // relative: masses or inertias that differ by less are all the same
     const auto [least, most] = std::ranges::minmax(x);
     return x.size() > 1 && most - least <= rounding * std::abs(most);
   };
@@ -136,6 +136,7 @@ double friction_size(const Robot& robot, const Vector& x) {
 
 // Minimum-norm solution in columns of norm 1.
 Vector solved(const StreamingQr& qr) {
+  // of the largest singular value; a choice: directions below it are not seen beside noise
   constexpr double independent = 1e-6;
   const Matrix R = qr.R();
   Vector norms = R.colwise().norm();
@@ -187,8 +188,9 @@ bool off_by(double factor, double limit) { return factor > limit || factor < 1.0
 // Those of all rows that each half of the logs says as well.
 Sizes agreed_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
                    const Reading& reading) {
+  // factor between a half of the logs and all; a choice: a size in which halves disagree more is no fault
   constexpr double alike = 1.5;
-  constexpr double harmless = 4.0;
+  constexpr double harmless = 4.0;  // factor; a choice: sizes within it are taken without asking the halves
   Sizes out = sizes(probe, robot, base, reading, Part::all);
   const auto fine = [](double size) { return size == 0.0 || (size > 0.0 && !off_by(size, harmless)); };
   if (fine(out.gravity) && fine(out.inertia) && fine(out.dry_friction)) {
