@@ -219,6 +219,7 @@ const std::string& Clearances::second(Index pair) const {
 
 void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, const Space& space,
                                  std::vector<Finding>& findings) {
+  // random ones, in each of which a pair must be too near to be left out; a choice
   constexpr int poses = 200;
   constexpr double deep = 1e-3;  // m
   std::mt19937_64 random(1);
