@@ -116,7 +116,7 @@ constexpr double z_95 = 1.959963984540054;  // 97.5 % of the normal distribution
 // Interval for a share of `runs` that was found, Wilson (1927): it stays within 0 and 1, where the usual one
 // does not.
 std::array<double, 2> interval_of_share(double share, double runs) {
-  constexpr double z = z_95;
+  constexpr double z = z_95;  // short for it
   const double scale = 1.0 + z * z / runs;
   const double middle = (share + 0.5 * z * z / runs) / scale;
   const double half = z / scale * std::sqrt(share * (1.0 - share) / runs + 0.25 * z * z / (runs * runs));

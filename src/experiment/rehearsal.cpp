@@ -148,7 +148,8 @@ void Stage::compare_with_truth(const Robot& robot, const Identification& result,
 // First moments that the spread of the a-priori values does not explain: another body hangs there.
 void Stage::compare_with_description(const Robot& robot, const Identification& result,
                                      RehearsedRun& out) const {
-  constexpr std::uint64_t draws = 1000;
+  constexpr std::uint64_t draws = 1000;  // of the robot about its description; a choice
+  // times the farthest of them; a choice: further draws go a little farther
   constexpr double beyond_draws = 1.2;
   const Vector believed = result.base.from_standard(robot.chi_st());
   Vector explained = Vector::Zero(believed.size());
