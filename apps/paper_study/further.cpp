@@ -45,7 +45,7 @@ void reference_regressor(const Scara& scara, std::uint64_t seeds, Report& report
 }
 
 void raw_least_squares(const Scara& scara, std::uint64_t seeds, Report& report) {
-  constexpr std::size_t LMX2 = 4;
+  constexpr std::size_t LMX2 = 4;  // its place in names
   const std::array<std::pair<std::string, PointToPointReference>, 5> motions = {
       {{"S1", Scara::moves(S1)},
        {"S2", Scara::moves(S2)},

@@ -7,7 +7,7 @@
 
 namespace rivid::study {
 
-inline constexpr std::size_t b = 8;
+inline constexpr std::size_t b = 8;  // base parameters of [RIV]
 inline constexpr std::array<const char*, b> names = {"ZZ1R", "Fv1",  "Fc1", "ZZ2",
                                                      "LMX2", "LMY2", "Fv2", "Fc2"};
 inline constexpr std::array<const char*, b> units = {"kg·m²", "N·m·s/rad", "N·m",       "kg·m²",

@@ -14,8 +14,8 @@ using enum Shown;
 
 // p says whether a difference is seen at all, the shift whether it matters.
 std::string in_words(const HausmanTest& hausman) {
-  constexpr double significant = 0.05;
-  constexpr double small_shift = 1.0;
+  constexpr double significant = 0.05;  // level of the test: the usual 5 %
+  constexpr double small_shift = 1.0;   // standard deviations
   const std::string figures = " (Durbin-Wu-Hausman: p = " + number(hausman.test.p, 2) + ", largest shift " +
                               number_that_says(hausman.largest_shift, 2) + " sigma, of " + hausman.parameter +
                               ")";
@@ -68,7 +68,7 @@ Chart spectrum_chart(const JointFit& fit, const Spectrum& spectrum, const std::s
 // Over time and over position, of so many rows that the page does not wait for it.
 void add_spectra(const Evidence& evidence, std::size_t joint, const StackedRows& rows,
                  std::vector<Plot>& out) {
-  constexpr Index frequencies = 240;
+  constexpr Index frequencies = 240;     // points of a spectrum; a choice of drawing
   constexpr double most_orders = 128.0;  // cycles a turn, or over the whole way
   const Index most_rows = std::min<Index>(rows.residual.size(), 16'384);
   const Vector residual = rows.residual.head(most_rows);
