@@ -14,7 +14,8 @@ namespace rivid {
 
 namespace {
 
-constexpr double repeated_step = 1e-3;  // periods
+// [periods] shorter steps are repeated stamps; a choice far below any jitter
+constexpr double repeated_step = 1e-3;
 // [periods] of jitter; a choice: below it a constant rate stands for the stamps
 constexpr double regular_rms = 0.01;
 constexpr double regular_max = 0.1;  // [periods] of jitter; a choice
@@ -108,12 +109,14 @@ struct LateStamps {
 };
 
 LateStamps late_stamps(const Eigen::Ref<const Vector>& t) {
-  constexpr Index least_samples = 100;   // a choice: shares of fewer say nothing of a clock
-  constexpr double in_time = 0.1;        // periods
+  constexpr Index least_samples = 100;  // a choice: shares of fewer say nothing of a clock
+  // [periods] by which a stamp in time may be late; a choice: jitter stays below
+  constexpr double in_time = 0.1;
   constexpr double off = 0.3;            // [periods] from which on a stamp is late; a choice
-  constexpr double kept_at_least = 0.2;  // share of the samples
-  constexpr double few = 0.25;           // of those in time: between them and those that are off
-  constexpr Index stretches = 10;        // of the log, that all keep some stamps in time; a choice
+  constexpr double kept_at_least = 0.2;  // share of the samples that are in time; a choice
+  // of those in time, that may lie between them and those that are off; a choice
+  constexpr double few = 0.25;
+  constexpr Index stretches = 10;  // of the log, that all keep some stamps in time; a choice
   // share of a stretch's samples; a choice: a clock that drifts has none in some
   constexpr double kept_of_each = 0.05;
   if (t.size() < least_samples) {

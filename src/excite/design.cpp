@@ -478,7 +478,8 @@ void Designer::refuse(const Found& best) const {
 // The finished motion, as it is played, by code that shares nothing with the search, on instants twice as
 // dense.
 void Designer::check(const Reference& reference, Index intervals, std::vector<ClearanceUse>& found) const {
-  constexpr double tolerance = 1e-3;  // m
+  // [m] a choice: above clearance_reserve, below any clearance that matters
+  constexpr double tolerance = 1e-3;
   const std::vector<bool> kept = task_.clearances->kept();
   if (kept.empty()) {
     return;

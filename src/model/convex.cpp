@@ -181,7 +181,8 @@ Separation separation(const PlacedHull& a, const PlacedHull& b, const Vector3d& 
   const Approach found = nearest(a, b, Vector3d::Zero(), start, enough);
   const Vector3d apart = found.points.nearest();
   const double distance = apart.norm();
-  constexpr double touching = 1e-7;  // m
+  // [m] bodies that are nearer touch: a difference of nearest points has no direction then
+  constexpr double touching = 1e-7;
   if (distance > touching) {
     const bool is_enough = found.least > enough;
     return {found.points.first(), found.points.second(), apart / distance,
@@ -190,7 +191,7 @@ Separation separation(const PlacedHull& a, const PlacedHull& b, const Vector3d& 
   // The first body is moved out of the second one along a direction. The nearest points then have a direction
   // in which it is shorter, and so on; from a few directions, since each way leads to an optimum of its own, or
   // from the one that is known.
-  constexpr double beside = 0.01;  // m
+  constexpr double beside = 0.01;  // [m] gap to which the bodies are moved apart; any small value
   constexpr int steps = 10;        // from each direction; a choice
   Separation out{.distance = -std::numeric_limits<double>::infinity()};
   const auto shorten = [&](Vector3d normal) {
@@ -223,7 +224,8 @@ Separation separation(const PlacedHull& a, const PlacedHull& b, const Vector3d& 
 }
 
 Hull enclosing_hull(const Eigen::Matrix3Xd& points, Index most) {
-  constexpr double enough = 5e-4;  // m
+  // [m] by which a point may lie beyond the corners; a choice: the radius covers it
+  constexpr double enough = 5e-4;
   // evenly over the sphere; a choice: 6° apart, so that small corners are not missed by much
   constexpr Index directions = 1000;
   const auto farthest_of = [&](const Vector3d& direction) {

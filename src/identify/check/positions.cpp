@@ -136,8 +136,9 @@ Following following(const Eigen::Ref<const Vector>& motion, const Eigen::Ref<con
 double suitable_cutoff(const Log& log) {
   // Filters that take no more away than noise, or a thousandth of the motion; with room for what
   // accelerations need.
+  // [Hz] lowest cut-off that is tried; a choice: no motion of an arm is as slow
   constexpr double first_hz = 0.2;
-  constexpr double step = 1.4;
+  constexpr double step = 1.4;  // from one cut-off to the next; a choice
   constexpr double small_part = 1e-3;
   constexpr double small_sigmas = 3.0;
   constexpr double room = 4.0;

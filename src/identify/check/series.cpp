@@ -34,7 +34,8 @@ constexpr double beyond_limits = 0.1;
 constexpr double far_beyond_limits = 10.0;
 // Without limits: a joint that turns more often than this is in degrees, and a slide is not longer than that.
 constexpr double most_turns = 8.0 * 2.0 * std::numbers::pi;
-constexpr double longest_slide = 20.0;  // [m]
+// [m] a choice: millimetres read as metres make a slide of 20 mm this long
+constexpr double longest_slide = 20.0;
 // Largest motion of any joint that makes degrees out of radians likely [rad].
 constexpr double smallest_motion = 0.12;
 // times the limit; a choice: drives exceed their limits a little, wrong units by 57 and more
@@ -417,7 +418,8 @@ bool check_motion(const Robot& robot, std::span<const Log> logs, Findings& out) 
 
 // Rates that no dynamics can be seen at, or that nothing is logged at: time in another unit.
 void check_rate(const Log& log, std::string subject, Findings& out) {
-  constexpr double slowest_rate = 8.0;  // [Hz]
+  // [Hz] a choice: a log of 1 kHz with milliseconds read as seconds has 1 Hz
+  constexpr double slowest_rate = 8.0;
   // [Hz] no robot is logged as fast; 1 kHz with seconds read as milliseconds is 1 MHz
   constexpr double fastest_rate = 2e5;
   if (log.f_m < slowest_rate || log.f_m > fastest_rate) {

@@ -46,9 +46,9 @@ struct Sizes {
 // Whether the inertials of the URDF describe bodies, rather than fill their place: a link without mass, links
 // whose masses or inertias are all alike, masses of grams, or inertias of bodies larger than any link.
 bool describes_bodies(const Robot& robot) {
-  constexpr double next_to_nothing = 0.01;  // [kg]
-  constexpr double least_length = 0.5;      // of an arm [m]
-  constexpr double largest_gyration = 0.5;  // over the length
+  constexpr double next_to_nothing = 0.01;  // [kg] for each link on average; a choice
+  constexpr double least_length = 0.5;      // [m] of an arm, for robots whose links have no lengths; a choice
+  constexpr double largest_gyration = 0.5;  // over the length; a choice: a rod of that length has 0.29
   const double length = sum_of(robot.chain.links, [&](const Chain::Link& link) { return link.p.norm(); });
   std::vector<double> masses;
   std::vector<double> inertias;  // half the trace about the centre of mass

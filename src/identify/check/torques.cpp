@@ -35,7 +35,7 @@ constexpr double tie = 1.005;  // of two changes that fit as well, the first cou
 constexpr double delay_convincing = 0.7;
 constexpr double least_delay_samples = 2.0;
 constexpr double same_delay = 0.25;
-constexpr double longest_torque_delay = 0.3;  // [s]
+constexpr double longest_torque_delay = 0.3;  // [s] that is searched; a choice
 // Where no more is left than this, a delay does no harm.
 constexpr double harmless_delay = 1e-4;
 
@@ -164,7 +164,7 @@ void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<Ot
 }
 
 void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
-  constexpr double standard_gravity = 9.80665;  // [m/s²]
+  constexpr double standard_gravity = 9.80665;  // [m/s²] as Chain::gravity
   constexpr std::array axes = {"x", "y", "z"};
   const double g = reading.gravity.norm() > 0.0 ? reading.gravity.norm() : standard_gravity;
   if (reading.gravity.norm() > 0.0) {
