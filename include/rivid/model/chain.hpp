@@ -524,7 +524,7 @@ RIVID_INLINE LinkTree link_tree(const Chain& chain) {
 RIVID_INLINE std::vector<Chain::Dependent::Reach> Chain::Dependent::reach() const {
   std::vector<Reach> out;
   if (const auto* const bar = curve ? std::get_if<FourBarAngle>(&*curve) : nullptr) {
-    constexpr double all_round = 6.28;  // rad
+    constexpr double all_round = 6.28;  // [rad] just below 2π: the crank turns all round
     const bool ends = bar->most - bar->least < all_round;
     constexpr double none = std::numeric_limits<double>::infinity();
     out.push_back({terms.front().joint, ends ? bar->least : -none, ends ? bar->most : none});

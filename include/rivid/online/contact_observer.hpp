@@ -234,15 +234,15 @@ class ContactObserver {
   static constexpr double least_variance = 1e-30;
   // Time in a class before its moments are its own [s].
   static constexpr double enough = 3.0;
-  // Where a contact ends, over where it begins; deviations that a joint feels; time constants of the low-pass.
+  // Where a contact ends, over where it begins.
   static constexpr double hysteresis = 0.5;
   // Largest sizes of seconds are remembered for so many times the moments'.
   static constexpr double tail_memories = 30.0;
   static constexpr double felt = 3.0;              // deviations; chance is 0.3 %
-  static constexpr double longest_contact = 10.0;  // [s]
+  static constexpr double longest_contact = 10.0;  // [s] a choice: what lasts longer is learned
   static constexpr double time_constants = 3.0;    // of the low-pass: r has 95 % of a force then
-  static constexpr double usual_force = 300.0;     // [N]
-  static constexpr double usual_moment = 100.0;    // [N·m]
+  static constexpr double usual_force = 300.0;     // [N] deviation of what joints do not feel; a choice
+  static constexpr double usual_moment = 100.0;    // [N·m] the same
 
   struct Alarm {
     bool on = false;

@@ -275,7 +275,7 @@ class PayloadEstimator {
   static constexpr double doubtful = 0.6;
   // Deviations of principal moments up to this part of the largest moment show an inertia.
   static constexpr double visible_inertia = 0.5;
-  static constexpr double least_good_mass = 0.05;  // [kg]
+  static constexpr double least_good_mass = 0.05;  // [kg] half-width that is good for any mass; a choice
   static constexpr double held_deviations = 2.0;   // of the mass: more is held; chance is 2.3 %
   // Time without rows after which the robot rests [s].
   static constexpr double shortest_rest = 0.2;
