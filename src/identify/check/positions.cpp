@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include "identify/check/checks.hpp"
@@ -79,7 +78,7 @@ Index window_stride(const SignalOptions& signal) {
 constexpr double alike = Likeness::alike;
 // Motions that are so many times their references are in other units: degrees, millimetres. Slow control and
 // resonances make other factors.
-constexpr std::array unit_factors = {180.0 / std::numbers::pi, std::numbers::pi / 180.0, 1000.0, 1e-3};
+constexpr std::array unit_factors = {1.0 / degree, degree, 1000.0, 1e-3};
 constexpr double like_a_unit = 0.4;  // of log(factor / unit): from 1/1.5 to 1.5 times; a choice
 // Search for delays of the motion behind its reference [s].
 constexpr double longest_lead = 0.5;

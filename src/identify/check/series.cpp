@@ -23,8 +23,6 @@ constexpr double still_range = 1e-3;  // [rad | m]
 // No encoder has so much noise [rad | m].
 constexpr double surely_moves = 0.1;
 
-constexpr double degree = std::numbers::pi / 180.0;
-
 // A sample counts as standstill below this part of the joint's largest velocity.
 constexpr double slow = 0.01;
 constexpr double notable_standstill = 0.3;  // of the samples; a choice: pauses of usual motions stay below

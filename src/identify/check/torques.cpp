@@ -122,7 +122,6 @@ void add_order_changes(const Robot& robot, const Reading& reading, std::vector<O
 }
 
 void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
-  constexpr double degree = std::numbers::pi / 180.0;
   for (const double scale : {degree, 1.0 / degree}) {
     const bool degrees = scale < 1.0;
     Reading every = reading;
