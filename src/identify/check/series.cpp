@@ -7,6 +7,7 @@
 
 #include "identify/check/checks.hpp"
 #include "identify/rows/exact_rows.hpp"
+#include "identify/rows/position_noise.hpp"
 #include "ranges.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/signal/filter.hpp"
@@ -310,7 +311,6 @@ void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings
   constexpr double common = 1.5;
   // Neighbouring fourth differences of white errors correlate by -0.8, those of motions by nearly 1.
   constexpr double rough = -0.4;
-  constexpr double power = 70.0;         // of the fourth difference of white errors
   constexpr double least_jitter = 0.01;  // rms [periods]; a choice: less is not worth a word
   // of 3, the largest fourth difference of a lost period: half-way between none and one
   constexpr double lost_part = 0.5;
@@ -359,7 +359,7 @@ void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings
       quiet_until = k + 5;
     }
   }
-  const double jitter = std::sqrt(squares / std::max(count, 1.0) / power);
+  const double jitter = std::sqrt(squares / std::max(count, 1.0) / fourth_difference_power);
   if (jitter < least_jitter) {
     return;
   }
