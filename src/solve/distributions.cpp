@@ -2,6 +2,7 @@
 #include <limits>
 #include <numbers>
 
+#include "normal_quantile.hpp"
 #include "rivid/solve/inference.hpp"
 
 namespace rivid {
@@ -101,12 +102,6 @@ double f_tail(double x, double freedom_1, double freedom_2) {
                  : 1.0;
 }
 
-namespace {
-
-constexpr double normal_quantile_975 = 1.959963984540054;  // to all digits of a double
-
-}  // namespace
-
 double student_quantile_975(double freedom) {
   if (!(freedom >= 1.0)) {
     return none;
@@ -119,7 +114,7 @@ double student_quantile_975(double freedom) {
   if (freedom < 2.5) {
     return 0.95 * std::sqrt(2.0 / (1.0 - 0.95 * 0.95));
   }
-  const double z = normal_quantile_975;
+  const double z = detail::normal_quantile_975;
   const double z2 = z * z;
   const double g1 = z * (z2 + 1.0) / 4.0;
   const double g2 = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;

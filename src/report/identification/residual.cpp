@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "identify/figures/residual_shape.hpp"
+#include "normal_quantile.hpp"
 #include "report/identification/sections.hpp"
 #include "rivid/text.hpp"
 
@@ -119,9 +120,8 @@ Chart histogram_chart(const JointFit& fit, const ResidualShape& shape, std::size
 }
 
 Chart autocorrelation_chart(const JointFit& fit, const ResidualShape& shape, std::size_t joint) {
-  constexpr double quantile_975 = 1.96;
   const auto lags = std::ssize(shape.autocorrelation);
-  const double bound = quantile_975 / std::sqrt(static_cast<double>(shape.rows));
+  const double bound = normal_quantile_975 / std::sqrt(static_cast<double>(shape.rows));
   Chart out{.id = chart_id("residual-autocorrelation", joint),
             .title = "autocorrelation",
             .label = "Autocorrelation of the residual of " + fit.name,
