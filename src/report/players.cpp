@@ -74,7 +74,7 @@ std::string opening_comment(const Robot& robot, const Excitation& excitation) {
 // Between points with positions, velocities and accelerations a controller's polynomials of fifth degree are
 // off by A h⁶ / 46080 for a sine of amplitude A, h being the phase from point to point.
 std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
-  constexpr double points_a_second = 50.0;  // a choice for motions without a highest frequency
+  constexpr double points_a_second = 50.0;  // [Hz] at least; a choice, for motions without a highest harmonic
   // of the highest harmonic: off by 2e-8 of its amplitude, by the formula above
   constexpr double points_a_period = 20.0;
   const std::unique_ptr<const Reference> reference = excitation.reference();

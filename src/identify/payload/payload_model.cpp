@@ -13,7 +13,7 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr int most_iterations = 60;  // a choice: Gauss-Newton that settles does so in a few
+constexpr int most_iterations = 60;  // a choice that ends what does not settle
 // Step of an unknown in its deviations for independent errors that ends the iteration.
 constexpr double settled_step = 1e-3;
 // Eigenvalues of the scaled information that count as zero, relative to the largest.

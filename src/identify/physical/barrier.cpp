@@ -66,9 +66,9 @@ struct AlongStep {
   }
   // Its minimum to a few digits, by bisection; the full Newton step where that is as good.
   [[nodiscard]] double minimum() const {
-    // part of the first slope that the full step may leave; a choice: an exact minimum saves no step
+    // part of the first slope that the full step may leave; a choice: less takes more bisections
     constexpr double flat = 0.1;
-    constexpr double digits = 1e-3;   // relative; a choice: the next step starts anew anyhow
+    constexpr double digits = 1e-3;   // relative; a choice: the next step begins anew anyhow
     constexpr double farthest = 1e3;  // Newton steps; any large value: it bounds a search to infinity
     const double end = most_of_the_way * boundary();
     if (1.0 < end && std::abs(derivative(1.0)) <= flat * std::abs(derivative(0.0))) {
