@@ -84,7 +84,7 @@ inline constexpr int prismatic_step = 41;  // the next one
 
 // Distance from 1 to the next number.
 template <typename Scalar>
-inline constexpr double rounding_unit = 0x1p-52;
+inline constexpr double rounding_unit = 0x1p-52;  // of a double
 template <>
 inline constexpr double rounding_unit<float> = 0x1p-23;
 
