@@ -65,7 +65,7 @@ const Program* program_of(std::string_view name) {
 
 // "rivid init ROBOT.urdf LOG.csv   an experiment file to begin with", a line each.
 std::string overview() {
-  constexpr std::size_t column = 48;
+  constexpr std::size_t column = 48;  // where descriptions begin; a choice of layout
   std::string out;
   for (const Program& each : programs) {
     std::string line = "rivid " + std::string(each.word) + " " + std::string(each.operands);

@@ -145,7 +145,7 @@ void print_result(const Given& how, const Robot& robot, const Identification& re
   if (how.quiet) {
     return;
   }
-  constexpr std::size_t few = 2;
+  constexpr std::size_t few = 2;  // notes that are printed; a choice
   const std::vector<std::string> count = {std::to_string(result.notes.size()) +
                                           " notes on the data are in the result; --verbose prints them"};
   tell("note", how.verbose || result.notes.size() <= few ? result.notes : count);

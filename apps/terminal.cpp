@@ -72,7 +72,7 @@ std::string with_colours(const std::string& text, int stream) {
 using namespace std::chrono_literals;
 constexpr auto patience = 1s;
 constexpr auto redraw = 100ms;
-constexpr int bar_width = 30;
+constexpr int bar_width = 30;  // characters; a choice of layout
 
 }  // namespace
 
@@ -92,7 +92,7 @@ void print(const std::string& text) {
 }
 
 std::size_t screen_width() {
-  constexpr std::size_t narrowest = 40;
+  constexpr std::size_t narrowest = 40;  // characters of a line; tables fit no less
   winsize window = {};
   const bool known = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0;
   return known ? std::max<std::size_t>(window.ws_col, narrowest) : 0;

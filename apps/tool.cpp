@@ -26,7 +26,7 @@ namespace rivid::apps {
 
 namespace {
 
-constexpr int megabyte_bits = 20;
+constexpr int megabyte_bits = 20;  // 2^20 bytes
 
 // A file opened later must not take the number of a standard stream that is closed, and be written to as
 // such.
@@ -174,7 +174,7 @@ void refuse_long_dash(const std::string& argument) {
 
 // A help page for the terminal: what is longer than its lines goes on below the description.
 std::string in_lines(const std::string& help) {
-  constexpr std::size_t column = 30;
+  constexpr std::size_t column = 30;  // where descriptions of options begin
   const std::size_t screen = screen_width();
   const std::size_t end = screen == 0 ? longest_line : std::min(screen, longest_line);
   std::string out;
@@ -466,6 +466,7 @@ std::string in_lines(const std::vector<Setting>& settings) {
   std::size_t key_width = 0;
   std::size_t value_width = 0;
   for (const Setting& s : settings) {
+    // characters of a value that others line up behind; a choice of layout
     constexpr std::size_t widest = 40;
     // Of words that stand for a number the unit says nothing.
     const bool in_units = !s.unit.empty() && s.words == s.value;

@@ -31,7 +31,7 @@ bool is_positive_semidefinite(const Matrix& A) {
   if (A.rows() != A.cols() || !A.allFinite()) {
     return false;
   }
-  constexpr double rounding = 1e-9;
+  constexpr double rounding = 1e-9;  // relative; above the rounding of a covariance, below any fault of one
   const Vector root = A.diagonal().cwiseMax(0.0).cwiseSqrt();
   Matrix correlation = A;
   for (Index i = 0; i < A.rows(); ++i) {

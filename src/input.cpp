@@ -27,7 +27,7 @@ namespace rivid {
 namespace {
 
 constexpr std::uintmax_t most_kept = std::uintmax_t{64} << 20U;  // bytes of an InputScope
-constexpr std::size_t megabyte = std::size_t{1} << 20U;
+constexpr std::size_t megabyte = std::size_t{1} << 20U;          // [bytes]
 
 std::atomic<std::uintmax_t> input_limit{default_input_limit};
 

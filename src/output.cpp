@@ -43,7 +43,7 @@ std::atomic<int> pending_signal{0};
       ::unlink(name.data());
     }
   }
-  constexpr int first_code = 128;
+  constexpr int first_code = 128;  // of exits by a signal, as shells count them
   ::_exit(first_code + signal);
 }
 
@@ -90,7 +90,7 @@ bool is_same(const FileStatus& a, const FileStatus& b) {
 // The file that a path leads to: links of the last component followed even where the end of them is missing.
 Path followed(const Path& named) {
   Path path = named;
-  constexpr int most_links = 40;
+  constexpr int most_links = 40;  // as Linux follows
   std::error_code error;
   for (int i = 0; i < most_links && std::filesystem::is_symlink(path, error); ++i) {
     const Path to = std::filesystem::read_symlink(path, error);
@@ -107,7 +107,7 @@ Path followed(const Path& named) {
 }
 
 constexpr std::string_view temporary_prefix = ".rivid-";
-constexpr std::size_t temporary_letters = 6;
+constexpr std::size_t temporary_letters = 6;  // of 32: a thousand million names
 
 std::string temporary_name() {
   static constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyz234567";
@@ -149,7 +149,7 @@ class StagedFile {
     constexpr mode_t of_a_new_file = 0666;
     constexpr mode_t until_it_is_whole = 0600;
     const mode_t mode = replaced ? until_it_is_whole : of_a_new_file;
-    constexpr int most_attempts = 100;
+    constexpr int most_attempts = 100;  // any number: names that all exist are no chance
     for (int i = 0; i < most_attempts && descriptor_ < 0; ++i) {
       name_ = (target.parent_path() / temporary_name()).string();
       hold();

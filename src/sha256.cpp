@@ -17,7 +17,7 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr std::size_t block_bytes = SHA256_BLOCK_LENGTH;
+constexpr std::size_t block_bytes = SHA256_BLOCK_LENGTH;  // by FIPS 180-4
 
 #if defined(__x86_64__)
 

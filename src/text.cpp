@@ -17,8 +17,8 @@ namespace rivid {
 
 namespace {
 
-constexpr std::size_t longest_quote = 40;
-constexpr std::size_t longest_list = 60;
+constexpr std::size_t longest_quote = 40;  // characters; a choice: fits a line of a message
+constexpr std::size_t longest_list = 60;   // characters; a choice: fits a line of a message
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
@@ -27,7 +27,7 @@ bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U
 std::size_t character_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
   const unsigned first = byte(0);
-  constexpr unsigned del = 0x7F;
+  constexpr unsigned del = 0x7F;  // ASCII's last control character
   if (first < 0x80U) {
     return first < ' ' || first == del ? 0 : 1;
   }

@@ -11,7 +11,7 @@ namespace rivid::detail {
 
 /// As many as are asked for, but no more than four a processor: further ones only take turns.
 [[nodiscard]] inline int useful_threads(int wanted) {
-  constexpr int for_each_processor = 4;
+  constexpr int for_each_processor = 4;  // a choice
   const int processors = std::max(static_cast<int>(std::thread::hardware_concurrency()), 1);
   return std::clamp(wanted, 1, for_each_processor * processors);
 }

@@ -27,9 +27,9 @@ using Quantity = detail::LogColumns;
 
 using Columns = std::array<std::vector<Column>, log_columns.size()>;
 
-constexpr std::size_t position = 0;
-constexpr std::size_t reference = 4;
-constexpr double rate_tolerance = 0.01;
+constexpr std::size_t position = 0;      // place in log_columns
+constexpr std::size_t reference = 4;     // place in log_columns
+constexpr double rate_tolerance = 0.01;  // relative; a choice: clocks of controllers differ by far less
 
 std::optional<std::string> column_complaint(std::string_view who, const Column& column) {
   const std::string name(who);
@@ -386,7 +386,7 @@ std::map<std::string, std::vector<std::string>> detail::default_columns(std::spa
 
 Vector detail::stamps_of(const Eigen::Ref<const Vector>& seconds,
                          const Eigen::Ref<const Vector>& nanoseconds) {
-  constexpr double day = 86400.0;
+  constexpr double day = 86400.0;  // [s]
   const double midnight = day * std::floor(seconds[0] / day);
   return (seconds.array() - midnight) + 1e-9 * nanoseconds.array();
 }

@@ -15,7 +15,7 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr std::size_t sampled_lines = 32;
+constexpr std::size_t sampled_lines = 32;  // that decide the dialect; a choice
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 struct Line {

@@ -47,6 +47,7 @@ enum class CellReading { number, not_finite, out_of_range, empty, words };
 /// Bytes behind the last character of a number that parsed_number() may read.
 inline constexpr std::size_t number_padding = 8;
 
+// 2^53: doubles hold all integers up to it
 inline constexpr std::uint64_t exact_integers = std::uint64_t{1} << 53U;
 
 inline constexpr std::array<double, 23> powers_of_ten = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,

@@ -149,7 +149,7 @@ struct Unit {
   double scale;
 };
 
-constexpr double degree = std::numbers::pi / 180.0;
+constexpr double degree = std::numbers::pi / 180.0;  // [rad]
 constexpr std::array units = {Unit{"1", 1.0},
                               Unit{"rad", 1.0},
                               Unit{"deg", degree},

@@ -14,9 +14,11 @@ namespace rivid {
 
 namespace {
 
-constexpr double repeated_step = 1e-3;  // periods
+// [periods] shorter steps are repeated stamps; a choice far below any jitter
+constexpr double repeated_step = 1e-3;
+// [periods] of jitter; a choice: below it a constant rate stands for the stamps
 constexpr double regular_rms = 0.01;
-constexpr double regular_max = 0.1;
+constexpr double regular_max = 0.1;  // [periods] of jitter; a choice
 // Sampling this much more slowly than the log was recorded folds what lies above half the new rate.
 constexpr double aliasing_ratio = 0.75;
 // Nobody gains by more samples than that many for each recorded one.
@@ -107,12 +109,15 @@ struct LateStamps {
 };
 
 LateStamps late_stamps(const Eigen::Ref<const Vector>& t) {
-  constexpr Index least_samples = 100;
-  constexpr double in_time = 0.1;  // periods
-  constexpr double off = 0.3;
-  constexpr double kept_at_least = 0.2;  // share of the samples
-  constexpr double few = 0.25;           // of those in time: between them and those that are off
-  constexpr Index stretches = 10;
+  constexpr Index least_samples = 100;  // a choice: shares of fewer say nothing of a clock
+  // [periods] by which a stamp in time may be late; a choice: jitter stays below
+  constexpr double in_time = 0.1;
+  constexpr double off = 0.3;            // [periods] from which on a stamp is late; a choice
+  constexpr double kept_at_least = 0.2;  // share of the samples that are in time; a choice
+  // of those in time, that may lie between them and those that are off; a choice
+  constexpr double few = 0.25;
+  constexpr Index stretches = 10;  // of the log, that all keep some stamps in time; a choice
+  // share of a stretch's samples; a choice: a clock that drifts has none in some
   constexpr double kept_of_each = 0.05;
   if (t.size() < least_samples) {
     return {};
@@ -348,8 +353,8 @@ TimeReport inspect_time(const Eigen::Ref<const Vector>& t, double max_gap) {
   const double span = t[t.size() - 1] - t[0];
   report.rate_hz = span > 0.0 ? static_cast<double>(t.size() - 1) / span : 0.0;
   // Of other steps neither rate nor jitter is a number.
-  constexpr double shortest = 1e-12;
-  constexpr double longest = 1e12;
+  constexpr double shortest = 1e-12;  // [s]
+  constexpr double longest = 1e12;    // [s]
   if (report.period > 0.0 && (report.period < shortest || report.longest_step > longest)) {
     report.period = report.rate_hz = 0.0;
     return report;

@@ -219,8 +219,9 @@ const std::string& Clearances::second(Index pair) const {
 
 void Clearances::leave_out_pairs(const Vector& lower, const Vector& upper, const Space& space,
                                  std::vector<Finding>& findings) {
+  // random ones, in each of which a pair must be too near to be left out; a choice
   constexpr int poses = 200;
-  constexpr double deep = 1e-3;  // m
+  constexpr double deep = 1e-3;  // [m] a body deeper in an obstacle does not stand on it; a choice
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> part(0.0, 1.0);
   std::vector<double> at_first(pairs_.size());

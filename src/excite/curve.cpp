@@ -51,6 +51,7 @@ double frequency_of(Index intervals, double duration) {
   return 0.5 * std::numbers::pi * static_cast<double>(intervals) / duration;
 }
 
+// jerk is continuous from degree 4 on, with 5 its rate is, too
 constexpr Index spline_degree = 5;
 // Coefficients of an end that rests.
 constexpr Index resting = 3;

@@ -31,7 +31,7 @@ using detail::Task;
 // sharper ones, shifted to what the dense grid shows, by nothing.
 constexpr double first_rho = 300.0;
 constexpr double last_rho = 1000.0;
-constexpr int polishings = 3;
+constexpr int polishings = 3;  // of the best start; a choice: each takes a third of the evaluations
 // What polishing may lose of the criterion without a word: of log det, a confidence ellipsoid √e times as
 // large.
 constexpr double told_loss = 1.0;
@@ -39,15 +39,16 @@ constexpr double told_loss = 1.0;
 constexpr double reserve = 2e-4;
 // Of a motion, as it is played.
 constexpr double most_samples = 1e6;
+// for each sample, 1600 in a period of the highest harmonic: between them a sine rises by 2e-6
 constexpr Index denser = 40;
-constexpr int poses = 500;
-constexpr int draws = 20;
+constexpr int poses = 500;  // random ones, then as many near the best one; a choice
+constexpr int draws = 20;   // random motions from a pose; a choice
 // What an objective counts that is not defined.
 constexpr double undefined_objective = 1e6;
 
 // The state that other motions pass through, for the torques that are predicted along them.
 Matrix torque_weight(const Task& task, double frequency, std::uint64_t seed) {
-  constexpr Index states = 1000;
+  constexpr Index states = 1000;  // random ones of the mean; a choice
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> symmetric(-1.0, 1.0);
   const Index n = task.robot.size();
@@ -235,8 +236,8 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
 
 // A random motion about the pose, as large as the limits allow.
 Vector Designer::random_motion(Problem& problem, const Vector& rest, std::mt19937_64& random) const {
-  constexpr int shrinkings = 60;
-  constexpr double factor = 0.8;
+  constexpr int shrinkings = 60;  // 0.8^60 is 1.5e-6: then a motion stands
+  constexpr double factor = 0.8;  // each; a choice: the largest motion that fits is met to a fifth
   std::normal_distribution<double> normal;
   Vector worst;
   for (int draw = 0; draw < draws; ++draw) {
@@ -312,8 +313,9 @@ Designer::Found Designer::search(std::uint64_t seed) {
 // are exceeded, each halved until it makes the worst better, or is a hundredth; nothing where the steps do not
 // come to one.
 std::optional<Vector> within_limits(Problem& problem, Vector z) {
-  constexpr int steps = 20;
-  constexpr double smallest = 1e-2;
+  constexpr int steps = 20;          // of Newton; a choice that ends what does not come near
+  constexpr double smallest = 1e-2;  // part of a step, a hundredth as said above
+  // [parts of a limit] limits that a step would soon reach are kept as well
   constexpr double inner = 0.5 * reserve;
   Vector gradient;
   Matrix jacobian;
@@ -348,7 +350,7 @@ std::optional<Vector> within_limits(Problem& problem, Vector z) {
 // fails, as large a part of it as does; nothing where a small one does not, either.
 std::optional<Vector> Designer::mended(Problem& problem, DenseCheck& check, const Vector& rest,
                                        Vector z) const {
-  constexpr int rounds = 40;
+  constexpr int rounds = 40;  // of mending; a choice that ends what does not come to an end
   const Vector whole = z;
   for (int k = 0; k < rounds; ++k) {
     const Vector found = check(z);
@@ -362,7 +364,7 @@ std::optional<Vector> Designer::mended(Problem& problem, DenseCheck& check, cons
     }
     z = *std::move(inside);
   }
-  constexpr double smallest = 1e-3;
+  constexpr double smallest = 1e-3;  // part of the motion; a smaller one excites nothing
   double part = 1.0;
   for (double step = 1e-4; part > smallest; part = std::max(part - step, 0.8 * part), step *= 1.3) {
     Vector at = rest + part * (whole - rest);
@@ -430,7 +432,8 @@ Vector Designer::drawn_peaks(const Curve& curve, const Vector& z) const {
 
 // Takes as much from the torques that the motion may use as drawn robots need beyond their limits.
 void Designer::leave_room(Found& best) {
-  constexpr int rounds = 6;
+  constexpr int rounds = 6;  // a choice: each takes a polishing
+  // of the torque, beyond what drawn robots lack; a choice that spares a round
   constexpr double little = 5e-3;
   const Vector whole = task_.bounds.torque / options_.limits.torque_share;
   Vector over;
@@ -475,7 +478,8 @@ void Designer::refuse(const Found& best) const {
 // The finished motion, as it is played, by code that shares nothing with the search, on instants twice as
 // dense.
 void Designer::check(const Reference& reference, Index intervals, std::vector<ClearanceUse>& found) const {
-  constexpr double tolerance = 1e-3;  // m
+  // [m] a choice: above clearance_reserve, below any clearance that matters
+  constexpr double tolerance = 1e-3;
   const std::vector<bool> kept = task_.clearances->kept();
   if (kept.empty()) {
     return;
@@ -593,7 +597,7 @@ void Designer::add_lead(Excitation& found) {
   // The whole ends with a sample.
   const double more = std::ceil(between->duration() * rate - 1e-6) / rate - between->duration();
   found.lead_out = detail::lead("lead_to", task_, rest, to, middle, rate, more, suits);
-  constexpr Index intervals = 5000;
+  constexpr Index intervals = 5000;  // of a lead that are checked; a choice
   std::vector<ClearanceUse> along;
   for (const PointToPoint& moves : {*found.lead_in, *found.lead_out}) {
     check(PointToPointReference(moves), intervals, along);

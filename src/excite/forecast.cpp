@@ -97,7 +97,7 @@ void add_correlations(const Matrix& C, std::vector<ForecastParameter>& parameter
 // Rows of joints that are slower than a twentieth of their rms velocity are zero: identification leaves them
 // out.
 std::vector<Matrix> moving_rows(std::span<const Matrix> W, const Motion& motion, Index first) {
-  constexpr double slow_part = 0.05;
+  constexpr double slow_part = 0.05;  // a choice that stands for the masks of identification
   std::vector<Matrix> out(W.begin(), W.end());
   for (std::size_t i = 0; i < out.size(); ++i) {
     const auto v = motion.qd.col(static_cast<Index>(i)).array().abs();

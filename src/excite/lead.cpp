@@ -12,7 +12,7 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr Index instants = 4001;
+constexpr Index instants = 4001;  // of a move that are checked; a choice
 
 // q(t) = from + s(t) (to − from) with the quintic s from 0 to 1; its variables are one.
 class Line final : public Curve {
@@ -52,10 +52,12 @@ std::string too_near(const Task& task, const Line& line) {
 // Seconds of the shortest move within the limits, or what is against any.
 double seconds_of(const Task& task, const Matrix& via, double rate_hz, double more,
                   const std::function<bool(const Curve&)>& suits, std::string& fault) {
+  // 1.1^40 is 45 times the duration of the fastest; what fails there is no matter of speed
   constexpr int rounds = 40;
-  constexpr double slower = 1.1;
+  constexpr double slower = 1.1;  // each round; a choice: a move is at most 10 % longer than need be
+  // of the duration: rounding must not exceed a limit that the fastest move reaches
   constexpr double reserve = 1e-4;
-  constexpr double no_limit = 1e12;
+  constexpr double no_limit = 1e12;  // any large value: stands for infinity, which a move may not have
   const MotionBounds& bounds = task.bounds;
   const PointToPointReference fastest({.via = via,
                                        .max_velocity = bounds.velocity,

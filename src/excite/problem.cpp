@@ -217,6 +217,7 @@ namespace {
 
 // States at the reversals between samples, one before and one after each: dry friction steps there.
 Motion reversals(const Motion& motion) {
+  // [rad/s | m/s] any small value: dry friction has its sign, viscous friction nothing
   constexpr double nearly_at_rest = 1e-12;
   std::vector<std::pair<Index, Index>> found;
   for (Index j = 0; j < motion.joints(); ++j) {

@@ -41,7 +41,8 @@ struct Task {
 [[nodiscard]] Robot smoothed(Robot robot, double sign_speed);
 
 /// Distances count as limits: (clearance − distance) / clearance_scale ≤ 0.
-inline constexpr double clearance_scale = 0.1;  // [m]
+// [m] a choice: gradients of distances are then as large as those of other limits
+inline constexpr double clearance_scale = 0.1;
 /// Part of a distance that is kept free for what is nearer between the instants of the dense check.
 inline constexpr double clearance_reserve = 1e-4;  // [m]
 

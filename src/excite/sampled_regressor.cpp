@@ -64,7 +64,7 @@ void SampledRegressor::rows(const Motion& motion, std::vector<Matrix>& W) {
 
 void SampledRegressor::pieces(const Motion& motion,
                               const std::function<void(Index first, std::span<const Matrix> W)>& take) {
-  constexpr Index piece = 256;
+  constexpr Index piece = 256;  // samples; a choice that bounds the memory
   std::vector<Matrix> W;
   for (Index first = 0; first < motion.samples(); first += piece) {
     const Index count = std::min(piece, motion.samples() - first);

@@ -30,6 +30,7 @@ double percent_of(const ExcitationTarget& target, ParameterKind kind) {
 
 // The largest standard deviation that the target leaves each parameter, (b); infinite: not asked for.
 Vector allowed_by(const ExcitationTarget& target, const Forecast& found) {
+  // of the largest value of its unit: percentages of smaller ones refer to that; a choice
   constexpr double small = 0.1;
   Vector out(found.chi.size());
   for (Index i = 0; i < out.size(); ++i) {
@@ -102,7 +103,7 @@ Period period(const ExcitationOptions& options,
 
 // The parameter that stays worst, and the limits that its joint and those before it use to the full.
 [[noreturn]] void refuse_target(const Robot& robot, const ExcitationOptions& options, const Period& best) {
-  constexpr double full = 0.98;
+  constexpr double full = 0.98;  // of a limit; a choice: the search keeps a little of each free
   Index worst = 0;
   const double share = best.share(options.target.seconds / best.found.forecast.duration, worst);
   const BaseParameter& parameter = best.found.forecast.base.parameters[static_cast<std::size_t>(worst)];
@@ -150,7 +151,7 @@ Excitation repeated(const Robot& robot, const ExcitationOptions& options, Excita
 
 Excitation designed_for_target(const Robot& robot, const ExcitationOptions& options,
                                const std::function<Excitation(const ExcitationOptions&)>& once) {
-  constexpr int rounds = 8;
+  constexpr int rounds = 8;         // of periods tried; a choice: each takes a whole search
   constexpr double shortest = 0.2;  // of the period that is given
   const auto whole = [&](double seconds) { return std::round(seconds * options.rate_hz) / options.rate_hz; };
   const double longest = whole(options.duration);

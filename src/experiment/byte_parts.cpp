@@ -10,7 +10,7 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr std::uint32_t order_of_bytes = 0x01020304;
+constexpr std::uint32_t order_of_bytes = 0x01020304;  // mark of the format: its bytes tell their order
 
 template <typename Number>
 void put_number(std::string& out, Number value) {

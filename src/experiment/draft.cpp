@@ -112,7 +112,7 @@ class Writer {
   [[nodiscard]] std::string text() && { return std::move(text_); }
 
  private:
-  static constexpr std::size_t comment_at = 34;
+  static constexpr std::size_t comment_at = 34;  // column where comments begin; a choice of layout
 
   std::string text_;
 };

@@ -83,7 +83,7 @@ void expect_same(const Settings& of, std::string_view source, const Settings& wa
 }
 
 constexpr std::string_view factors_magic = "rivid-LF";
-constexpr std::uint32_t factors_version = 1;
+constexpr std::uint32_t factors_version = 1;  // of the format
 
 Json description_of(const FactorsFile& file) {
   const LogFactors& factors = file.factors;

@@ -13,9 +13,9 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr double degrees = 180.0 / std::numbers::pi;
-constexpr double steepest = 85.0;  // of the pitch; at 90° yaw and roll are one rotation
-constexpr double quaternion_tolerance = 0.01;
+constexpr double degrees = 180.0 / std::numbers::pi;  // for each radian
+constexpr double steepest = 85.0;                     // of the pitch; at 90° yaw and roll are one rotation
+constexpr double quaternion_tolerance = 0.01;  // of a norm of 1; a choice: printed with two digits and more
 
 Log columns_of(const LogSource& source, std::vector<Column> columns, const ColumnsRead& read) {
   const LogOptions options = {.position = std::move(columns),
@@ -51,7 +51,7 @@ Matrix angles(const Log& pose, Index first) {
                        "°: at ±90° its yaw and roll can not be distinguished; cut the log before");
     }
     for (const Index c : {0, 2}) {
-      constexpr double turn = 2.0 * std::numbers::pi;
+      constexpr double turn = 2.0 * std::numbers::pi;  // [rad]
       out(k, c) += k > 0 ? turn * std::round((out(k - 1, c) - out(k, c)) / turn) : 0.0;
     }
   }

@@ -137,7 +137,7 @@ class JsonNode {
   }
   void read(std::integral auto& out) const {
     const double value = number();
-    constexpr double most = 1e15;
+    constexpr double most = 1e15;  // doubles hold all integers up to it
     if (value != std::floor(value) || std::abs(value) > most) {
       fail("must be a whole number");
     }

@@ -9,7 +9,7 @@ using detail::Json;
 
 constexpr std::string_view request_magic = "rivid-LQ";
 constexpr std::string_view loops_magic = "rivid-LL";
-constexpr std::uint32_t loops_version = 1;
+constexpr std::uint32_t loops_version = 1;  // of the format
 
 Json json_of_matrix(const Matrix& x) {
   return {{"rows", x.rows()}, {"values", std::vector<double>(x.data(), x.data() + x.size())}};

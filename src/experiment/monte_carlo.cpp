@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "experiment/from_program.hpp"
+#include "normal_quantile.hpp"
 #include "rivid/error.hpp"
 #include "rivid/experiment/result_file.hpp"
 #include "rivid/identify/covariance.hpp"
@@ -111,12 +112,10 @@ Vector truth_of(const MonteCarlo& plan, const BaseParameters& base) {
                                                           : read_parameters(simulation.parameters, base));
 }
 
-constexpr double z_95 = 1.959963984540054;  // 97.5 % of the normal distribution
-
 // Interval for a share of `runs` that was found, Wilson (1927): it stays within 0 and 1, where the usual one
 // does not.
 std::array<double, 2> interval_of_share(double share, double runs) {
-  constexpr double z = z_95;
+  constexpr double z = detail::normal_quantile_975;  // of a 95 % interval
   const double scale = 1.0 + z * z / runs;
   const double middle = (share + 0.5 * z * z / runs) / scale;
   const double half = z / scale * std::sqrt(share * (1.0 - share) / runs + 0.25 * z * z / (runs * runs));
@@ -150,9 +149,9 @@ MonteCarloParameter parameter_of(const BaseParameter& p, double truth, double bo
   out.bias_in_spreads = out.bias / out.spread;
   out.rmse_over_bound = out.rmse / bound;
   out.sigma_over_spread = sigmas / out.spread;
-  const double bias_half = z_95 / std::sqrt(runs);
+  const double bias_half = detail::normal_quantile_975 / std::sqrt(runs);
   out.bias_in_spreads_95 = {out.bias_in_spreads - bias_half, out.bias_in_spreads + bias_half};
-  const double rmse_half = z_95 / std::sqrt(2.0 * runs) * out.rmse_over_bound;
+  const double rmse_half = detail::normal_quantile_975 / std::sqrt(2.0 * runs) * out.rmse_over_bound;
   out.rmse_over_bound_95 = {out.rmse_over_bound - rmse_half, out.rmse_over_bound + rmse_half};
   out.coverage_95 = interval_of_share(out.coverage, runs);
   return out;

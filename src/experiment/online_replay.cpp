@@ -47,7 +47,7 @@ std::string without_threshold(const ContactObserver<double>& contact, const Onli
       out.push_back(joints[static_cast<std::size_t>(j)]);
     }
   }
-  constexpr double enough = 120.0;
+  constexpr double enough = 120.0;  // [s] to learn for; a choice
   return out.empty() ? ""
                      : "too little motion to learn thresholds of contacts: " + listed(out) + "; learn for " +
                            number(std::max(enough, 2.0 * options.learn)) +

@@ -84,7 +84,7 @@ PlanFile read_plan(const std::filesystem::path& path) {
 
 PlanComparison compare(const PlanFile& a, const PlanFile& b) {
   expect_same_parameters(b.path.string(), b.parameters, a.path.string(), a.parameters);
-  constexpr double same = 1e-6;
+  constexpr double same = 1e-6;  // relative: noise that was printed and read is the same
   PlanComparison out;
   out.same_noise = a.noise.size() == b.noise.size() && a.noise.isApprox(b.noise, same);
   std::vector<double> ratios;

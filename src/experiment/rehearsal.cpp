@@ -38,7 +38,8 @@ constexpr std::array<std::string_view, names_of<Trouble>.size()> troubles_in_wor
     "the zero of the second joint off by 0.05 rad or m"};
 static_assert(!troubles_in_words.back().empty(), "each trouble has its words");
 
-constexpr double usual_bandwidth = 60.0;  // rad/s
+// [rad/s] of a position loop where the plan has no [control]; a choice
+constexpr double usual_bandwidth = 60.0;
 // Deviations from the blocks of ten seconds scatter between 0.8 and 1.6 of the forecast.
 constexpr double precision_lost = 2.0;
 // Standard deviations: none of a hundred parameters is farther off by chance.
@@ -148,7 +149,8 @@ void Stage::compare_with_truth(const Robot& robot, const Identification& result,
 // First moments that the spread of the a-priori values does not explain: another body hangs there.
 void Stage::compare_with_description(const Robot& robot, const Identification& result,
                                      RehearsedRun& out) const {
-  constexpr std::uint64_t draws = 1000;
+  constexpr std::uint64_t draws = 1000;  // of the robot about its description; a choice
+  // times the farthest of them; a choice: further draws go a little farther
   constexpr double beyond_draws = 1.2;
   const Vector believed = result.base.from_standard(robot.chi_st());
   Vector explained = Vector::Zero(believed.size());

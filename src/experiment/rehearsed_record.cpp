@@ -63,7 +63,7 @@ std::vector<Finding> findings_about(const Simulation& made, const Robot& robot) 
 }
 
 void spoil(Log& log, std::optional<Trouble> trouble) {
-  constexpr Index late = 5;
+  constexpr Index late = 5;  // samples, as about(Trouble::torque_late) says
   if (trouble == Trouble::torque_unit) {
     log.tau.rightCols(1) *= 1000.0;
   } else if (trouble == Trouble::torque_late && log.samples() > late) {

@@ -12,7 +12,7 @@ namespace rivid::detail {
 std::string description_text(const std::filesystem::path& path, std::string_view what, std::uintmax_t most) {
   std::ifstream in(path, std::ios::binary);
   std::string out;
-  constexpr std::size_t piece = 1U << 16U;
+  constexpr std::size_t piece = 1U << 16U;  // [bytes] 64 KiB; a choice
   std::size_t filled = 0;
   while (in && filled <= most) {
     out.resize(filled + piece);

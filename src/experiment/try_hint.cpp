@@ -119,7 +119,7 @@ bool HintTrial::helps() const {
 
 HintTrial try_hint(const std::filesystem::path& file, std::string_view code, std::string_view subject,
                    const Progress& progress) {
-  constexpr int rounds = 3;
+  constexpr int rounds = 3;  // of hints, each after the one before; a choice: each identifies anew
   Reading reading(progress);
   const std::string text = detail::description_text(file, "the experiment file", robot_limit);
   const Version told(file, {text, {}}, reading);

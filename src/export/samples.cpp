@@ -52,7 +52,7 @@ double com(const JointValues& values, int axis) {
 }  // namespace
 
 std::filesystem::path sample_file(const std::filesystem::path& main, int k) {
-  constexpr std::size_t digits = 3;
+  constexpr std::size_t digits = 3;  // at least: files of up to 999 samples stand in order
   std::string number = std::to_string(k);
   number.insert(0, digits - std::min(digits, number.size()), '0');
   return main.parent_path() / (main.stem().string() + "_" + number + main.extension().string());

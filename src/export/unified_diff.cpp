@@ -91,7 +91,7 @@ std::string range(std::size_t first, std::size_t count) {
 
 std::string unified_diff(std::string_view before, std::string_view after, std::string_view before_name,
                          std::string_view after_name) {
-  constexpr std::size_t context = 3;
+  constexpr std::size_t context = 3;  // lines, as diff -u has them
   const Lines a = lines_of(before);
   const Lines b = lines_of(after);
   const std::vector<Step> way = steps(a, b);

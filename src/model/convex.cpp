@@ -97,7 +97,7 @@ class Simplex {
         gram(i, k) = gram(k, i) = edges.col(i).dot(edges.col(k));
       }
     }
-    constexpr double dependent = 1e-14;
+    constexpr double dependent = 1e-14;  // of edges of length 1, 45 ε
     if (!(gram.determinant() > dependent)) {
       return std::nullopt;
     }
@@ -121,7 +121,7 @@ struct Approach {
 Approach nearest(const PlacedHull& a, const PlacedHull& b, const Vector3d& shift,
                  const Vector3d& start = Vector3d::Zero(),
                  double enough = std::numeric_limits<double>::infinity()) {
-  constexpr int steps = 100;
+  constexpr int steps = 100;  // a choice that ends what does not settle
   Vector3d x = start;
   if (x.isZero(0.0)) {
     x = a.placed(a.points.col(0)) + shift - b.placed(b.points.col(0));
@@ -181,7 +181,8 @@ Separation separation(const PlacedHull& a, const PlacedHull& b, const Vector3d& 
   const Approach found = nearest(a, b, Vector3d::Zero(), start, enough);
   const Vector3d apart = found.points.nearest();
   const double distance = apart.norm();
-  constexpr double touching = 1e-7;  // m
+  // [m] bodies that are nearer touch: a difference of nearest points has no direction then
+  constexpr double touching = 1e-7;
   if (distance > touching) {
     const bool is_enough = found.least > enough;
     return {found.points.first(), found.points.second(), apart / distance,
@@ -190,8 +191,8 @@ Separation separation(const PlacedHull& a, const PlacedHull& b, const Vector3d& 
   // The first body is moved out of the second one along a direction. The nearest points then have a direction
   // in which it is shorter, and so on; from a few directions, since each way leads to an optimum of its own, or
   // from the one that is known.
-  constexpr double beside = 0.01;  // m
-  constexpr int steps = 10;
+  constexpr double beside = 0.01;  // [m] gap to which the bodies are moved apart; a choice
+  constexpr int steps = 10;        // from each direction; a choice
   Separation out{.distance = -std::numeric_limits<double>::infinity()};
   const auto shorten = [&](Vector3d normal) {
     double best = gap(a, b, normal);
@@ -223,7 +224,9 @@ Separation separation(const PlacedHull& a, const PlacedHull& b, const Vector3d& 
 }
 
 Hull enclosing_hull(const Eigen::Matrix3Xd& points, Index most) {
-  constexpr double enough = 5e-4;  // m
+  // [m] by which a point may lie beyond the corners; a choice: the radius covers it
+  constexpr double enough = 5e-4;
+  // evenly over the sphere; a choice: 6° apart, so that small corners are not missed by much
   constexpr Index directions = 1000;
   const auto farthest_of = [&](const Vector3d& direction) {
     Index at = 0;

@@ -122,7 +122,7 @@ class Linkage {
   }
 
   void find_reach() {
-    constexpr double step = 1e-3;
+    constexpr double step = 1e-3;  // [rad] a choice: so much of the reach may be lost
     if (!(spread(0.0) > stretched)) {
       refuse(
           "it can not be closed where the crank\'s joint is at 0, or coupler and rocker are in one line "

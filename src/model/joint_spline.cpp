@@ -17,7 +17,8 @@ namespace {
 constexpr std::array<int, JointSpline::most_joints> most_pieces = {60, 16, 6};
 // What makes the spline smooth where no point is, of the diagonal of the normal equations.
 constexpr double smoothing = 1e-13;
-constexpr double far_off = 0.01;  // of the range of the points
+// of the range of the points, rms; a choice: tables with few digits are nearer
+constexpr double far_off = 0.01;
 
 // The value is a sum of coefficients times products of B-splines; `add` gets their places and the products.
 template <typename Add>

@@ -221,7 +221,7 @@ class Collada {
   }
 
   void place(pugi::xml_node node, Eigen::Affine3d pose, int depth) {
-    constexpr int deepest = 100;
+    constexpr int deepest = 100;  // nodes; any number that the stack has room for
     if (depth > deepest) {
       throw InputError(where_ + ": its nodes are more than " + std::to_string(deepest) + " deep");
     }
@@ -293,7 +293,7 @@ std::optional<std::filesystem::path> found_mesh(const std::string& name,
   using Path = std::filesystem::path;
   constexpr std::string_view package = "package://";
   constexpr std::string_view file = "file://";
-  constexpr int least_above = 6;
+  constexpr int least_above = 6;  // folders that are tried at least; a choice
   std::error_code none;
   std::vector<Path> places;
   if (name.starts_with(package)) {

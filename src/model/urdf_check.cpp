@@ -16,7 +16,7 @@ namespace {
 
 constexpr double inertia_tolerance =
     1e-6;  // of the largest principal moment: figures are printed with few digits
-constexpr double axis_length_tolerance = 1e-3;
+constexpr double axis_length_tolerance = 1e-3;  // relative to 1: axes are printed with few digits
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 std::string link_who(const std::string& name) { return "link \"" + name + "\""; }

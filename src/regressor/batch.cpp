@@ -18,7 +18,7 @@ namespace rivid {
 
 namespace {
 
-constexpr std::size_t alignment = 64;
+constexpr std::size_t alignment = 64;  // [bytes] of a cache line, and of a register of AVX-512
 
 Simd usable(const BatchOptions& options) {
   detail::accept("RegressorBatch", options.complaint());
@@ -234,6 +234,7 @@ BatchWorkspace::BatchWorkspace(const RegressorBatch& batch)
 namespace {
 
 Index rows_for_the_cache(const RegressorBatch& batch) {
+  // [bytes] of the second level that rows may fill; a choice: processors have as much and more
   constexpr Index cache = Index{512} * 1024;
   Index width = 1;
   for (std::size_t i = 0; i < batch.joints(); ++i) {
@@ -348,7 +349,7 @@ Matrix triangle(const Robot& robot, std::span<const StandardParameter> standard,
   // Friction that follows the load is independent of all else whatever the robot's parameters are: any will
   // do.
   all.load.chi = Vector::Ones(columns);
-  constexpr Index block = 256;
+  constexpr Index block = 256;  // samples at a time; a choice that bounds the memory
   Matrix R = Matrix::Zero(columns, columns);
   Index first = 0;
   do {

@@ -73,7 +73,7 @@ void LoadColumns::complete(std::size_t j, const RowsTarget& W, Index count, doub
   }
   const JointLoad& joint = joints_[j];
   double* const load = W.data + joint.column * W.ld;
-  constexpr Index piece = 128;
+  constexpr Index piece = 128;  // samples at a time, 1 KiB of the stack; a choice
   std::array<double, piece> torque{};
   for (Index first = 0; first < count; first += piece) {
     const Index rows = std::min(piece, count - first);

@@ -6,6 +6,7 @@
 #include <span>
 #include <string_view>
 
+#include "normal_quantile.hpp"
 #include "report/documents.hpp"
 #include "rivid/report/comparison.hpp"
 #include "rivid/text.hpp"
@@ -198,16 +199,15 @@ Section rollouts_section(const Rollouts& all, const std::vector<std::string>& jo
 
 // Two results side by side: every parameter by its difference.
 DotPlot changes_plot(const ResultChanges& pair, std::size_t number, double level) {
-  constexpr double quantile = 1.96;
   DotPlot out{.id = "differences-" + std::to_string(number),
               .title = "Differences",
               .remark = pair.b + " less " + pair.a + ", with 95 % confidence intervals",
               .label = "Difference of each parameter in standard deviations",
               .x_label = "difference / σ",
-              .wanted = {-quantile, quantile}};
+              .wanted = {-normal_quantile_975, normal_quantile_975}};
   for (const ParameterChange& change : pair.parameters) {
     out.dots.push_back({change.name,
-                        {change.z - quantile, change.z + quantile, change.z},
+                        {change.z - normal_quantile_975, change.z + normal_quantile_975, change.z},
                         change.p < level ? Mark::bad : Mark::none});
   }
   return out;

@@ -24,8 +24,8 @@ static_assert(complete<marks, &MarkWords::mark>(), "one row for each Mark, in it
 
 // A value shows as many decimals as its deviation has four significant digits; more would be noise.
 int decimals_for(double sigma) {
-  constexpr int significant = 4;
-  constexpr int most = 9;
+  constexpr int significant = 4;  // digits of the deviation
+  constexpr int most = 9;         // decimals
   return std::clamp(significant - 1 - static_cast<int>(std::floor(std::log10(sigma))), 0, most);
 }
 
@@ -91,7 +91,7 @@ std::string with_decimals_of(double value, double sigma) {
 }
 
 std::vector<Series> curves(const Vector& t, const std::vector<std::string>& names, const Matrix& columns) {
-  constexpr std::size_t colours = 8;
+  constexpr std::size_t colours = 8;  // series-0 … series-7 of the style sheet
   std::vector<Series> out;
   for (std::size_t j = 0; j < names.size(); ++j) {
     out.push_back({names[j], "series-" + std::to_string(j % colours), Series::Kind::line, t,

@@ -49,7 +49,7 @@ std::vector<QuantityOfMotion> quantities(const ForecastMotion& of) {
 
 // Limits are drawn where the motion comes near them; far away they would leave no room for the curve.
 Chart motion_chart(const ForecastMotion& of, const QuantityOfMotion& quantity, Index j) {
-  constexpr double near = 0.5;
+  constexpr double near = 0.5;  // of a limit; a choice
   const Joint& joint = of.plan.experiment.robot.joints[static_cast<std::size_t>(j)];
   const std::vector<Index> some = every_few(of.motion.samples(), most_points_of_a_motion);
   const Vector values = (*quantity.values)(some, j);
@@ -150,8 +150,8 @@ Skeleton::Trace outline(const HalfSpace& space, double reach) {
 }
 
 Skeleton motion_in_space(const ForecastMotion& of) {
-  constexpr Index poses = 6;
-  constexpr Index most_poses_to_go_through = 150;
+  constexpr Index poses = 6;                       // along the motion that are drawn; a choice
+  constexpr Index most_poses_to_go_through = 150;  // of the slider; a choice that bounds the page
   const Robot& robot = of.plan.experiment.robot;
   Skeleton out = skeleton_of(robot, of.motion.q.row(0));
   out.id = "motion-in-space";
@@ -198,7 +198,7 @@ std::vector<Block> motion_at_a_glance(const ForecastMotion& of) {
 }
 
 Block clearances_over_time(const ForecastMotion& of) {
-  constexpr std::size_t most_pairs = 8;
+  constexpr std::size_t most_pairs = 8;  // of bodies, a curve each; a choice
   const std::vector<ClearanceUse>& nearest = of.forecast.clearances;
   const std::vector<Index> some = every_few(of.motion.samples(), most_points_of_a_motion);
   const auto shown = std::min<std::size_t>(
@@ -244,7 +244,7 @@ Section motion_section(const ForecastMotion& of) {
 }
 
 Section information_section(const ForecastMotion& of) {
-  constexpr Index most_stretches = 150;
+  constexpr Index most_stretches = 150;  // of time, a column each; a choice
   Section out{"information", "Information", "Information by joint and time", {}, Shown::page};
   const Matrix& leverage = of.forecast.leverage;
   if (leverage.size() == 0) {

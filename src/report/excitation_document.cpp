@@ -39,7 +39,7 @@ std::string why_weak(const ForecastParameter& p) {
                                       fixed(p.correlation, 2) + "): " + fixed(alone, 0) +
                                       " % if all others were known";
   const double ratio = p.relative_sigma_percent / known_percent;
-  constexpr double many = 1000.0;
+  constexpr double many = 1000.0;  // motions; a choice: nobody repeats one more often
   const double motions = std::ceil(ratio * ratio);
   return cause + (motions <= many ? "; " + number(motions) + " such motions would do" : "");
 }

@@ -49,7 +49,7 @@ std::string cell_markup(const Column& column, const Cell& cell) {
     return stack_markup(*stack);
   }
   if (column.format.kind == Format::Kind::share) {
-    constexpr double width = 220.0;
+    constexpr double width = 220.0;  // [px] of the widest bar; a choice of layout
     return element(
         "span", "",
         "class=\"pivot\" style=\"width:" + fixed(width * std::get<double>(cell.value), 1) + "px\"");

@@ -338,7 +338,7 @@ std::string run_id(const Provenance& provenance) {
   for (const Setting& setting : provenance.settings) {
     text += setting.key + '=' + setting.value + '\n';
   }
-  constexpr std::size_t digits = 16;
+  constexpr std::size_t digits = 16;  // hexadecimal, 64 bits: enough to tell settings from each other
   return sha256(text).substr(0, digits);
 }
 

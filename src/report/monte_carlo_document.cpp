@@ -228,8 +228,8 @@ std::vector<double> together(const std::vector<std::vector<double>>& errors) {
 
 // All errors together beside the standard normal distribution.
 Chart error_histogram(const std::vector<double>& errors, const std::string& way) {
-  constexpr double reach = 4.0;
-  constexpr double bin = 0.25;
+  constexpr double reach = 4.0;  // σ to either side; a normal error goes beyond once in 16 000
+  constexpr double bin = 0.25;   // σ; a choice of drawing
   constexpr auto bins = static_cast<Index>(2.0 * reach / bin);
   Chart out{.id = way + "-errors",
             .title = "Distribution",
@@ -258,8 +258,8 @@ Chart error_histogram(const std::vector<double>& errors, const std::string& way)
 
 // Quantiles of a sample at the probabilities of normal ones, as far as it reaches.
 Series quantiles(const std::string& name, const std::string& style, std::vector<double> sample) {
-  constexpr Index steps = 14;  // to either side
-  constexpr double step = 0.25;
+  constexpr Index steps = 14;    // to either side
+  constexpr double step = 0.25;  // σ from point to point: they reach to 3.5
   std::ranges::sort(sample);
   Series out{
       .name = name, .style = style, .x = Vector::LinSpaced(2 * steps + 1, -step * steps, step * steps)};

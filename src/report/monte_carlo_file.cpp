@@ -28,7 +28,7 @@ namespace rivid {
 
 namespace {
 
-constexpr std::size_t leading_cells = 6;
+constexpr std::size_t leading_cells = 6;  // of a row, before values and deviations
 
 std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> out;

@@ -74,7 +74,7 @@ std::vector<Series> mass_curves(const OnlineReplay& replay) {
   const Vector mass = replay.payload.col(0);
   const Vector half = replay.payload.col(1);
   // Before anything is known the interval would flatten all else.
-  constexpr double least = 0.5;  // [kg]
+  constexpr double least = 0.5;  // [kg] a third of the least range of the axis; a choice
   const double most = 3.0 * std::max(mass.size() > 0 ? mass.maxCoeff() : 0.0, least);
   return {{"95 % confidence interval", "measured", Series::Kind::band, replay.t,
            (mass - half).cwiseMax(-most), (mass + half).cwiseMin(most)},

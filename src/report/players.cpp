@@ -18,9 +18,9 @@ namespace {
 // Decimals of positions, velocities and coefficients: far below what an encoder resolves, and no exponents,
 // which not every reader of such files knows.
 constexpr int player_decimals = 12;
-constexpr double libfranka_hz = 1000.0;
-constexpr Index libfranka_joints = 7;
-constexpr Index ur_joints = 6;
+constexpr double libfranka_hz = 1000.0;  // [Hz] of its control interface
+constexpr Index libfranka_joints = 7;    // of an arm that it controls
+constexpr Index ur_joints = 6;           // of an arm of Universal Robots
 
 std::string in_brackets(const Vector& values) {
   return "[" + detail::joined(values, ", ", [](double x) { return fixed(x, player_decimals); }) + "]";
@@ -74,7 +74,8 @@ std::string opening_comment(const Robot& robot, const Excitation& excitation) {
 // Between points with positions, velocities and accelerations a controller's polynomials of fifth degree are
 // off by A h⁶ / 46080 for a sine of amplitude A, h being the phase from point to point.
 std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
-  constexpr double points_a_second = 50.0;
+  constexpr double points_a_second = 50.0;  // [Hz] at least; a choice, for motions without a highest harmonic
+  // of the highest harmonic: off by 2e-8 of its amplitude, by the formula above
   constexpr double points_a_period = 20.0;
   const std::unique_ptr<const Reference> reference = excitation.reference();
   const double duration = reference->duration();
@@ -87,7 +88,7 @@ std::string joint_trajectory(const Robot& robot, const Excitation& excitation) {
   std::string out = opening_comment(robot, excitation) + "joint_names: [" +
                     detail::joined(robot.joints, ", ", name) + "]\npoints:\n";
   for (std::int64_t k = 0; k <= intervals; ++k) {
-    constexpr double in_nanoseconds = 1e9;
+    constexpr double in_nanoseconds = 1e9;  // of a second
     const auto nanoseconds = static_cast<std::int64_t>(
         std::llround(in_nanoseconds * duration * static_cast<double>(k) / static_cast<double>(intervals)));
     const PlayedState at = played_at(*reference, static_cast<double>(nanoseconds) / in_nanoseconds);

@@ -15,7 +15,7 @@ using P = RehearsedParameter;
 
 // The codes of the gravest findings, those of an identification first: the robot's own log will have them too.
 std::string found_by(const RehearsedRun& run, double usual_error) {
-  constexpr std::size_t most = 2;
+  constexpr std::size_t most = 2;  // codes in a cell; a choice
   std::vector<std::string> codes;
   for (const bool own : {false, true}) {
     for (const Finding& finding : run.findings) {
@@ -33,7 +33,7 @@ std::string found_by(const RehearsedRun& run, double usual_error) {
   if (worst != run.parameters.end() && off(*worst) > 0.0) {
     return "not seen: " + worst->name + " is " + fixed(off(*worst), 1) + " σ off";
   }
-  constexpr double as_well = 1.1;
+  constexpr double as_well = 1.1;  // times the usual error; a choice
   return run.torque_error <= as_well * usual_error ? "not seen: the torques do not show it" : "not seen";
 }
 
@@ -49,7 +49,7 @@ Table trouble_table(const Rehearsal& rehearsal) {
 
 // What will not be known, or is not where its interval says.
 Table odd_parameters(std::vector<P> odd) {
-  constexpr std::size_t most = 8;
+  constexpr std::size_t most = 8;  // parameters in a table; a choice
   std::ranges::stable_sort(odd, std::ranges::greater(), &P::sigmas_off);
   odd.resize(std::min(most, odd.size()));
   return table_of(odd,

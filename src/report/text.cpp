@@ -15,7 +15,7 @@ namespace detail {
 
 namespace {
 
-constexpr std::size_t gap = 2;
+constexpr std::size_t gap = 2;         // blanks between columns
 constexpr std::size_t narrowest = 30;  // shorter lines are none
 
 using Cells = std::vector<std::string>;
@@ -284,7 +284,7 @@ std::string folded(const std::string& text, std::size_t indent, std::size_t line
 }
 
 std::string in_one_line(const DiagnosticCode& code) {
-  constexpr std::size_t width = 20;
+  constexpr std::size_t width = 20;  // of the column of codes; a choice of layout
   std::string out(code.code);
   out.resize(std::max(out.size() + 2, width), ' ');
   return out + std::string(code.meaning) + '\n';

@@ -16,9 +16,9 @@ namespace rivid {
 
 namespace {
 
-constexpr int decimation_order = 8;
-constexpr double decimation_ripple_db = 0.05;
-constexpr double decimation_band = 0.8;
+constexpr int decimation_order = 8;            // of the Chebyshev filter: as MATLAB's decimate()
+constexpr double decimation_ripple_db = 0.05;  // [dB] in the pass band, as MATLAB's decimate()
+constexpr double decimation_band = 0.8;        // of half the new rate, as MATLAB's decimate()
 
 void check(const char* function, int n_d) {
   if (n_d < 1) {
@@ -224,7 +224,7 @@ StreamingDecimator::StreamingDecimator(Index columns, int n_d, Index wanted) : n
     product *= p;
   }
   direct_ = gain * gain / product.real();
-  constexpr double order = 2.0 * modes;
+  constexpr double order = 2.0 * modes;  // of the filter: each mode is a pair of poles
   Modes step;
   for (std::size_t i = 0; i < modes; ++i) {
     const Complex p = pole_[i];

@@ -20,6 +20,7 @@ namespace {
 constexpr double lowest_cutoff = 1e-5;
 // Nearer to f_m / 2 a filter passes nearly all and takes as long to settle.
 constexpr double least_distance = 1e-5;
+// a choice: far above any that is of use
 constexpr int highest_order = 100;
 
 void check(const char* function, int order, double cutoff_hz, double f_m) {
@@ -128,7 +129,7 @@ Index settling_samples(const Filter& filter, double level) {
   for (const SecondOrderSection& section : filter.sections) {
     r = std::max(r, pole_modulus(section));
   }
-  constexpr double for_ever = 1LL << 53;
+  constexpr double for_ever = 1LL << 53;  // [samples] the largest integer up to which doubles are exact
   const double samples = r < 1.0 ? std::ceil(std::log(level) / std::log(r)) : for_ever;
   return std::max(static_cast<Index>(std::min(samples, for_ever)), static_cast<Index>(filter.order));
 }
@@ -139,6 +140,7 @@ namespace rivid::detail {
 
 namespace {
 
+// part of a transient that is left after the padding; a choice: shorter paddings leave more
 constexpr double forgotten = 1e-6;
 
 // A state that dies out in a standstill would end in subnormal numbers, which cost thirty times as much.

@@ -56,7 +56,7 @@ std::optional<std::string> outside(std::string_view what, double value, bool goo
 
 // More are a mistake of units, and would not fit into the memory.
 constexpr double most_samples = 1e8;
-constexpr int most_delay = 1'000'000;
+constexpr int most_delay = 1'000'000;  // [periods]
 
 bool positive(double value) { return std::isfinite(value) && value > 0; }
 bool not_negative(double value) { return std::isfinite(value) && value >= 0; }

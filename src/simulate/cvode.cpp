@@ -161,6 +161,7 @@ class Cvode final : public LoopIntegrator {
     return {t, Halt::none};
   }
 
+  // by which a margin may be below zero: any small value, roots are found to rounding
   static constexpr double tolerated = 1e-9;
 
   LoopOde& ode_;

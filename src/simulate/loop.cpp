@@ -11,7 +11,7 @@ namespace {
 
 // What a delay has beside whole periods; what is no longer than rounding is none.
 double part_of_period(double delay) {
-  constexpr double none = 1e-6;
+  constexpr double none = 1e-6;  // [periods] any value between the rounding of a delay and one that matters
   const double part = delay - std::floor(delay);
   return part < none || part > 1.0 - none ? 0.0 : part;
 }

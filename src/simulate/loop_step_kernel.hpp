@@ -36,10 +36,10 @@ enum class LoopBlock {
   count
 };
 
-inline constexpr double no_joint = -1.0;
+inline constexpr double no_joint = -1.0;  // mark: no number of a joint
 
 struct LoopStepKernel {
-  static constexpr double not_valid = -1.0;
+  static constexpr double not_valid = -1.0;  // mark: no error is negative
 
   int lanes;
   // Doubles of scratch for so many joints, and links on which several hang.
@@ -115,6 +115,7 @@ struct LoopStep {
 
   static constexpr int stages = Pair::stages;
   static constexpr double smallest_error = 1e-10;  // as in RungeKutta
+  // stands for infinity: what comes near is none that a loop may have
   static constexpr double largest_number = 0x1p1000;
 
   static constexpr LoopStepKernel kernel() { return {Scalar::lanes, &doubles, &seat, &step}; }

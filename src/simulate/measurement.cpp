@@ -13,7 +13,7 @@ namespace rivid {
 
 namespace {
 
-constexpr int word = 32;
+constexpr int word = 32;  // [bits]
 
 // Σ c_i x^i
 template <std::size_t N>
@@ -27,9 +27,10 @@ double polynomial(const std::array<double, N>& c, double x) {
 
 // ln x for x > 0: x = m 2^e with m in [√½, √2), ln m = 2 artanh((m − 1)/(m + 1)).
 double logarithm(double x) {
+  // to all digits: std::log() is another one on other machines
   constexpr double ln_2 = 0.69314718055994530942;
-  constexpr double root_half = 0.70710678118654752440;
-  constexpr int terms = 13;  // the next one is below 1e-18 of the sum
+  constexpr double root_half = 0.70710678118654752440;  // to all digits
+  constexpr int terms = 13;                             // the next one is below 1e-18 of the sum
   int e = 0;
   double m = std::frexp(x, &e);
   if (m < root_half) {
@@ -141,11 +142,11 @@ double normal_quantile(double p) {
 }
 
 std::array<std::uint32_t, 4> CounterNoise::bits(std::uint64_t i) const {
-  constexpr std::uint64_t m_0 = 0xD2511F53;
-  constexpr std::uint64_t m_1 = 0xCD9E8D57;
-  constexpr std::uint32_t w_0 = 0x9E3779B9;
-  constexpr std::uint32_t w_1 = 0xBB67AE85;
-  constexpr int rounds = 10;
+  constexpr std::uint64_t m_0 = 0xD2511F53;  // multiplier of Philox-4x32 [Salmon 2011]
+  constexpr std::uint64_t m_1 = 0xCD9E8D57;  // the second multiplier
+  constexpr std::uint32_t w_0 = 0x9E3779B9;  // step of the key: 2^32 times the fraction of the golden ratio
+  constexpr std::uint32_t w_1 = 0xBB67AE85;  // the same, 2^32 (√3 − 1)
+  constexpr int rounds = 10;                 // as [Salmon 2011] recommends
   const auto low = [](std::uint64_t x) { return static_cast<std::uint32_t>(x); };
   const auto high = [](std::uint64_t x) { return static_cast<std::uint32_t>(x >> word); };
   std::array<std::uint32_t, 4> c = {low(i), high(i), low(stream_), high(stream_)};
@@ -220,7 +221,7 @@ SimulationOptions with_noise(SimulationOptions options, const NoiseOptions& nois
           "with_noise: errors of the measurement go through a sampled law only; sample it, or switch the "
           "feedback off and they are in the log alone");
     }
-    constexpr double clock_error = 1e-9;
+    constexpr double clock_error = 1e-9;  // relative: any value above the rounding of the ratio
     const double ratio = 1.0 / (sampling.period * options.f_m);
     if (std::abs(ratio - std::round(ratio)) > clock_error * ratio) {
       throw InputError("with_noise: the controller measures at " + number(1.0 / sampling.period) +

@@ -13,7 +13,7 @@ namespace {
 // A step that fails for its error shrinks by this at most, and the next one grows by that at most.
 constexpr double most_shrinking = 0.2;
 constexpr double most_growing = 5.0;
-constexpr double safety = 0.9;
+constexpr double safety = 0.9;  // of the step that the error asks for: the usual value
 // Part of the step to which the instant of an event is located.
 constexpr double event_tolerance = 1e-12;
 // Time by which an event lies behind the last one at least [s].
@@ -113,7 +113,7 @@ class RungeKutta final : public LoopIntegrator {
   }
 
  private:
-  static constexpr double h_floor = 1e-3;
+  static constexpr double h_floor = 1e-3;  // [s] stands for times near zero: no step is below 1e-17 s
 
   [[nodiscard]] double limited(double h) const {
     const double longest = options_.longest_step(ode_.sticking());

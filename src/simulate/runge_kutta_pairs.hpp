@@ -10,8 +10,8 @@ namespace rivid::detail {
 
 // Bogacki & Shampine (1989), 3(2).
 struct BogackiShampine {
-  static constexpr int stages = 4;
-  static constexpr double order = 3.0;
+  static constexpr int stages = 4;      // the last one is the first of the next step
+  static constexpr double order = 3.0;  // of the result that is carried on
   static constexpr double node[stages] = {0.0, 1.0 / 2, 3.0 / 4, 1.0};
   static constexpr double stage[stages][stages - 1] = {
       {}, {1.0 / 2}, {0.0, 3.0 / 4}, {2.0 / 9, 1.0 / 3, 4.0 / 9}};
@@ -23,8 +23,8 @@ struct BogackiShampine {
 // Dormand & Prince (1980), RK5(4)7FM, with Shampine's continuous extension as Hairer, Nørsett & Wanner,
 // Solving Ordinary Differential Equations I, II.6, give it.
 struct DormandPrince {
-  static constexpr int stages = 7;
-  static constexpr double order = 5.0;
+  static constexpr int stages = 7;      // the last one is the first of the next step
+  static constexpr double order = 5.0;  // of the result that is carried on
   static constexpr double node[stages] = {0.0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1.0, 1.0};
   static constexpr double stage[stages][stages - 1] = {
       {},

@@ -11,6 +11,7 @@ namespace {
 
 // By how much a limit or a sign may be missed in settle(): the rounding of a small linear system.
 constexpr double slack = 1e-12;
+// of a joint that stuck before: a choice, so that it does not stick and slip by turns
 constexpr double release_slack = 1e-6;
 
 Index only_joint(const Vector& direction) {

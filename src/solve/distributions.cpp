@@ -2,6 +2,7 @@
 #include <limits>
 #include <numbers>
 
+#include "normal_quantile.hpp"
 #include "rivid/solve/inference.hpp"
 
 namespace rivid {
@@ -15,6 +16,7 @@ constexpr double most_freedom = 1e12;
 bool usable(double freedom) { return freedom > 0.0 && freedom <= most_freedom; }
 // Stands for a zero in a continued fraction, after Lentz.
 constexpr double tiny = 1e-300;
+// of a continued fraction; a choice that ends any
 constexpr int most_terms = 10'000;
 
 // A continued fraction b_0 + a_1 / (b_1 + a_2 / (b_2 + …)), by Lentz's method; term(k) gives a_k and b_k from
@@ -100,12 +102,6 @@ double f_tail(double x, double freedom_1, double freedom_2) {
                  : 1.0;
 }
 
-namespace {
-
-constexpr double normal_quantile_975 = 1.959963984540054;
-
-}  // namespace
-
 double student_quantile_975(double freedom) {
   if (!(freedom >= 1.0)) {
     return none;
@@ -118,7 +114,7 @@ double student_quantile_975(double freedom) {
   if (freedom < 2.5) {
     return 0.95 * std::sqrt(2.0 / (1.0 - 0.95 * 0.95));
   }
-  const double z = normal_quantile_975;
+  const double z = detail::normal_quantile_975;
   const double z2 = z * z;
   const double g1 = z * (z2 + 1.0) / 4.0;
   const double g2 = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;

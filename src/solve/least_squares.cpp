@@ -38,6 +38,7 @@ double rank_tolerance(Index rows, Index columns) {
 
 // Sets of columns that a null space ties together, as a null vector with several entries says.
 std::vector<std::vector<Index>> tied_columns(const Matrix& null_space) {
+  // of a projector's entries, at most 1: above their rounding, below those of a dependency
   constexpr double noise = 1e-6;
   const Index b = null_space.rows();
   // Projector onto the null space: its entry (i, k) is not zero when columns i and k take part in one
@@ -74,7 +75,7 @@ double condition_number(const Matrix& R) {
 
 // R⁻¹ by halves: what is zero in it is left out.
 void invert_upper(const Eigen::Ref<const Matrix>& R, Eigen::Ref<Matrix> inverse) {
-  constexpr Index small = 12;
+  constexpr Index small = 12;  // order up to which it is solved at once; a choice of speed
   const Index n = R.rows();
   if (n <= small) {
     inverse.setIdentity();
@@ -105,6 +106,7 @@ double least_pivot(const ColumnScaled& scaled, const Matrix& inverse) {
 // Whether such a bound settles that no pivot is noise, for all that roundings do to the inverse; mostly it
 // does, in a fraction of the time of pivoting.
 bool surely_full(double least_pivot, double tolerance) {
+  // for the rounding of the inverse; a choice: what fails it is only looked at by pivoting
   constexpr double margin = 10.0;
   return least_pivot > margin * tolerance;
 }
@@ -166,7 +168,9 @@ class Tridiagonal {
 // Largest eigenvalue of A Aᵀ by Lanczos' method, to eight digits at least: some twenty products in place of a
 // factorisation. Vectors that lose their orthogonality on the way only repeat eigenvalues.
 double largest_eigenvalue(const Matrix& A) {
+  // relative change between two looks that ends it: the eight digits said above
   constexpr double digits = 1e-8;
+  // a choice: a look, by bisection, costs about as much as some products
   constexpr std::size_t steps_between_looks = 4;
   const auto n = static_cast<std::size_t>(A.rows());
   std::mt19937_64 random(2021);
@@ -315,6 +319,7 @@ namespace {
 // the fit to all groups, which leaves it the degrees of freedom that the others do not determine for it. So is
 // that of rows without Y, which parameters of zero fit.
 bool fits_itself(const RowGroup& group) {
+  // rows for each column; a choice: with fewer the fit hides more than a fifth of the squares
   constexpr Index enough = 5;
   return group.qr.rows() > 0 && (group.qr.rows() < enough * group.qr.columns() || group.qr.y_norm() == 0.0);
 }
@@ -339,7 +344,8 @@ void refit_by_all(std::span<const RowGroup> groups, Index columns, std::vector<d
   constexpr double first = 0.05;         // of the rms of Y
   constexpr double least = 1e-3;         // the same, that a group which nothing else determines ends at
   constexpr double least_freedom = 0.1;  // of the rows
-  constexpr int most_rounds = 8;
+  constexpr int most_rounds = 8;         // a choice that ends what does not settle
+  // largest relative change of a deviation; a choice: weights need no more digits
   constexpr double settled = 0.01;
   double largest = 0.0;
   for (const RowGroup& group : groups) {

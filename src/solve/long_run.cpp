@@ -26,7 +26,7 @@ void require_equal_columns(std::span<const Matrix> series, const char* who) {
 // b_tᵀ / (L + 1).
 Matrix long_run_covariance(std::span<const Matrix> series, Index lag) {
   require_equal_columns(series, "long_run_covariance");
-  constexpr Index most_lag = 100'000'000;
+  constexpr Index most_lag = 100'000'000;  // instants; more is a mistake: 0.8 GB for each column
   if (lag < 0 || lag > most_lag) {
     throw InputError("long_run_covariance: lag is " + std::to_string(lag) + ", must be at least 0" +
                      (lag > most_lag ? " and at most " + std::to_string(most_lag) : ""));
@@ -56,6 +56,7 @@ Index bartlett_lag(std::span<const Matrix> series) {
     return 0;
   }
   require_equal_columns(series, "bartlett_lag");
+  // bound of ρ, as in Andrews & Monahan (1992): nearer to 1 the lag has no bound
   constexpr double most_correlated = 0.97;
   Index instants = 0;
   double numerator = 0.0;

@@ -266,9 +266,9 @@ double StreamingQr::residual_sum(const Eigen::Ref<const Vector>& chi) const {
 namespace {
 
 constexpr std::string_view magic = "rivid-QR";
-constexpr std::uint32_t version = 1;
-constexpr std::uint32_t byte_order = 0x01020304;
-constexpr std::size_t header_size = 8 + 2 * 4 + 3 * 8;
+constexpr std::uint32_t version = 1;                    // of the format
+constexpr std::uint32_t byte_order = 0x01020304;        // mark of the format: its bytes tell their order
+constexpr std::size_t header_size = 8 + 2 * 4 + 3 * 8;  // [bytes] magic, version and byte_order, three sizes
 // Sizes beyond this are damage, and products of smaller ones do not overflow.
 constexpr std::uint64_t most_columns = 1'000'000;
 

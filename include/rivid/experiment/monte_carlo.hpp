@@ -119,8 +119,8 @@ struct MonteCarloParameter {
 struct MonteCarloVerdict {
   static constexpr double largest_bias = 0.2;  ///< in deviations of the estimate
   static constexpr std::array<double, 2> mean_coverage = {0.93, 0.97};
-  static constexpr double least_coverage = 0.9;
-  static constexpr double largest_rmse = 1.35;  ///< over the bound
+  static constexpr double least_coverage = 0.9;  // of each parameter; a choice
+  static constexpr double largest_rmse = 1.35;   ///< over the bound
 
   bool unbiased = false;  ///< no bias above largest_bias
   bool honest = false;    ///< coverage within mean_coverage on average, and least_coverage or more for each

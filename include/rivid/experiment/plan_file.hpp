@@ -91,7 +91,7 @@ struct PlanCheck {
                         Field{"apart", &R::apart, "whether that is not between 2/3 and 3/2"});
     }
   };
-  static constexpr double disagreement = 1.5;
+  static constexpr double disagreement = 1.5;  // factor; a choice
 
   double ratio = 0.0;  ///< geometric mean over the parameters that both know
   std::vector<ParameterRatio> parameters;

@@ -40,7 +40,7 @@ inline constexpr std::array names_of<Trouble> = std::to_array<std::string_view>(
 
 /// What is supposed of a robot and its log before it has moved.
 struct RehearsalOptions {
-  static constexpr double largest_spread = 0.9;
+  static constexpr double largest_spread = 0.9;  // at 1 a mass could be zero
 
   double spread = 0.3;     ///< largest relative error of the a-priori masses, inertias and friction
   std::uint64_t seed = 1;  ///< of hidden robot and noise

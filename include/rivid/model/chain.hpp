@@ -277,7 +277,7 @@ template <typename Square>
   Square V = Square::Identity(n, n);
   const Scalar one(1);
   const Scalar negligible = Eigen::NumTraits<Scalar>::epsilon() * A.norm();
-  constexpr int most_sweeps = 60;
+  constexpr int most_sweeps = 60;  // far above what any matrix takes: it ends a loop on numbers that are none
   bool diagonal = false;
   for (int sweep = 0; sweep < most_sweeps && !diagonal; ++sweep) {
     diagonal = true;
@@ -315,7 +315,7 @@ template <typename Square>
 
 // Whether RᵀR is the identity and R no reflection; what is written with few digits is still a rotation.
 [[nodiscard]] inline bool is_rotation(const Eigen::Matrix3d& R) {
-  constexpr double rounding = 1e-6;
+  constexpr double rounding = 1e-6;  // six digits, as in files written by hand
   for (Index i = 0; i < 3; ++i) {
     for (Index k = 0; k <= i; ++k) {
       if (!(std::abs(R.col(i).dot(R.col(k)) - (i == k ? 1.0 : 0.0)) <= rounding)) {  // a NaN, too
@@ -524,7 +524,7 @@ RIVID_INLINE LinkTree link_tree(const Chain& chain) {
 RIVID_INLINE std::vector<Chain::Dependent::Reach> Chain::Dependent::reach() const {
   std::vector<Reach> out;
   if (const auto* const bar = curve ? std::get_if<FourBarAngle>(&*curve) : nullptr) {
-    constexpr double all_round = 6.28;  // rad
+    constexpr double all_round = 6.28;  // [rad] just below 2π: the crank turns all round
     const bool ends = bar->most - bar->least < all_round;
     constexpr double none = std::numeric_limits<double>::infinity();
     out.push_back({terms.front().joint, ends ? bar->least : -none, ends ? bar->most : none});

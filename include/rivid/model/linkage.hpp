@@ -59,8 +59,8 @@ struct FourBarAngle {
 
 /// How a joint follows one to three others by a table: a cubic spline of pieces of one length in each of them.
 struct JointSpline {
-  static constexpr std::size_t most_joints = 3;
-  static constexpr std::size_t most_values = 1 + most_joints + most_joints * most_joints;
+  static constexpr std::size_t most_joints = 3;  // a choice: coefficients grow by a power of each
+  static constexpr std::size_t most_values = 1 + most_joints + most_joints * most_joints;  // with curvatures
 
   std::vector<double> least, most;   ///< positions of the joints that it follows, one each [rad | m]
   std::vector<int> pieces;           ///< between these

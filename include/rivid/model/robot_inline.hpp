@@ -191,7 +191,7 @@ inline bool alike(const Coupling& a, const Coupling& b, ParameterKind kind, Inde
   if (kind == ParameterKind::Fcm && a.coulomb != b.coulomb) {
     return false;
   }
-  constexpr double rounding = 1e-12;
+  constexpr double rounding = 1e-12;  // of directions of length 1, 4500 ε
   const Vector u = weights(a);
   const Vector v = weights(b);
   return (u - v).norm() < rounding || (u + v).norm() < rounding;

@@ -213,8 +213,8 @@ class ContactObserver {
   // speed.
   static constexpr int half_octaves = 20;
   static constexpr int class_count = 2 + 2 * (1 + half_octaves);
-  static constexpr int stopped = 0;
-  static constexpr int at_rest = 1;
+  static constexpr int stopped = 0;  // number of the class
+  static constexpr int at_rest = 1;  // number of the class
   // Time over which a rest's own mean is taken [s].
   static constexpr double rest_memory = 2.0;
   // The largest size of a second, in deviations: mean and deviation before any was seen, which count for so
@@ -234,15 +234,15 @@ class ContactObserver {
   static constexpr double least_variance = 1e-30;
   // Time in a class before its moments are its own [s].
   static constexpr double enough = 3.0;
-  // Where a contact ends, over where it begins; deviations that a joint feels; time constants of the low-pass.
+  // Where a contact ends, over where it begins.
   static constexpr double hysteresis = 0.5;
   // Largest sizes of seconds are remembered for so many times the moments'.
   static constexpr double tail_memories = 30.0;
-  static constexpr double felt = 3.0;
-  static constexpr double longest_contact = 10.0;  // [s]
-  static constexpr double time_constants = 3.0;
-  static constexpr double usual_force = 300.0;
-  static constexpr double usual_moment = 100.0;
+  static constexpr double felt = 3.0;              // deviations; chance is 0.3 %
+  static constexpr double longest_contact = 10.0;  // [s] a choice: what lasts longer is learned
+  static constexpr double time_constants = 3.0;    // of the low-pass: r has 95 % of a force then
+  static constexpr double usual_force = 300.0;     // [N] deviation of what joints do not feel; a choice
+  static constexpr double usual_moment = 100.0;    // [N·m] the same
 
   struct Alarm {
     bool on = false;
@@ -364,7 +364,7 @@ InverseDynamicsOptions ContactObserver<Scalar>::smoothing(const ModelData& model
   if (const auto fault = options.complaint(model.size())) {
     throw InputError("ContactObserver: " + *fault);
   }
-  constexpr double usual_speed = 0.02;
+  constexpr double usual_speed = 0.02;  // [rad/s | m/s] a choice: above the noise of velocities, below motion
   return {.smoothing_speed = options.smoothing_speed.size() > 0
                                  ? options.smoothing_speed
                                  : Vector(Vector::Constant(model.size(), usual_speed))};
@@ -687,8 +687,8 @@ template <typename Scalar>
 Eigen::Vector3<Scalar> ContactObserver<Scalar>::force(Index link,
                                                       const Eigen::Vector3<Scalar>& point) const noexcept {
   // No moment, and any force.
-  constexpr double any = 1e4;
-  constexpr double none = 1e-6;
+  constexpr double any = 1e4;    // [N] any large value
+  constexpr double none = 1e-6;  // [N·m] any small value
   return explained(link, point, any, none).value.template head<3>();
 }
 

@@ -228,7 +228,7 @@ class InformationTriangle {
   [[nodiscard]] auto state() noexcept { return std::tie(R_, rows_, tags_, at_, watching_, instead_); }
 
  private:
-  static constexpr Index lanes = 4;
+  static constexpr Index lanes = 4;  // numbers that rows are padded to a multiple of
 
   [[nodiscard]] Scalar* row(Index k) noexcept {
     return &rows_[static_cast<std::size_t>((at_.first + k) % waiting_ * ld_)];
@@ -247,7 +247,7 @@ class InformationTriangle {
     for (Index i = 0; i <= k; ++i) {
       above = std::max(above, Scalar(abs(R(i, k))));
     }
-    constexpr double rounding = std::is_same_v<Scalar, float> ? 0x1p-23 : 0x1p-52;
+    constexpr double rounding = std::is_same_v<Scalar, float> ? 0x1p-23 : 0x1p-52;  // ε of the Scalar
     return !(abs(R(k, k)) > Scalar(static_cast<double>(n_) * rounding) * above);
   }
 

@@ -253,7 +253,7 @@ class PayloadEstimator {
 
     [[nodiscard]] auto state() noexcept { return std::tie(R, noise, step); }
   };
-  static constexpr Index most_snapshots = 4;
+  static constexpr Index most_snapshots = 4;  // to go back to before a change; a choice
   struct Counters {
     Index ticks = 0;
     Index steps = 0;         // strides of motion so far
@@ -270,13 +270,13 @@ class PayloadEstimator {
     Index tried_at = 0;     // step
     Index without = -1;     // step at which the gripper closed, if what it held was good
   };
-  static constexpr double half_a_second = 0.5;
+  static constexpr double half_a_second = 0.5;  // [s] of motion; a choice: a change takes so long to count
   // Suspicion from which on nothing is good: noise alone has it once in some minutes.
   static constexpr double doubtful = 0.6;
   // Deviations of principal moments up to this part of the largest moment show an inertia.
   static constexpr double visible_inertia = 0.5;
-  static constexpr double least_good_mass = 0.05;  // [kg]
-  static constexpr double held_deviations = 2.0;
+  static constexpr double least_good_mass = 0.05;  // [kg] half-width that is good for any mass; a choice
+  static constexpr double held_deviations = 2.0;   // of the mass: more is held; chance is 2.3 %
   // Time without rows after which the robot rests [s].
   static constexpr double shortest_rest = 0.2;
   // Columns beside y: changes of first moments and mass, of each onset.

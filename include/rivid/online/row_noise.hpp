@@ -34,7 +34,7 @@ class RowNoise {
   // step    time from one row to the next [s]
   RowNoise(const Vector& sigma, const Vector& slow, double step)
       : joints_(static_cast<std::size_t>(sigma.size())), slow_(sigma.size()) {
-    constexpr double usual = 0.02;
+    constexpr double usual = 0.02;  // [rad/s | m/s] where the model has none; a choice
     for (std::size_t j = 0; j < joints_.size(); ++j) {
       const auto at = static_cast<Index>(j);
       slow_[at] = at < slow.size() && slow[at] > 0.0 ? slow[at] : usual;
@@ -100,7 +100,7 @@ class RowNoise {
   [[nodiscard]] auto state() noexcept { return std::tie(joints_); }
 
   struct State {
-    static constexpr std::size_t lags = 10;
+    static constexpr std::size_t lags = 10;  // rows; a choice: more make the variance rougher
     double least = 0.0;
     std::array<double, kinds> variance{};
     std::array<double, kinds> rows{};  // that were seen, at most as many as are remembered
@@ -147,7 +147,7 @@ class RowNoise {
 // change that is not found moves little.
 class LoadChange {
  public:
-  static constexpr std::size_t onsets = 6;
+  static constexpr std::size_t onsets = 6;  // a choice: each takes four columns beside y
   using Vector4 = std::array<double, 4>;
   using Signatures = std::array<Vector4, onsets>;  // l of each step that is tried
 
@@ -300,18 +300,18 @@ class LoadChange {
   [[nodiscard]] auto state() noexcept { return std::tie(state_); }
 
  private:
-  static constexpr double degrees = 4.0;
+  static constexpr double degrees = 4.0;  // of freedom: three first moments and the mass
   // Time over which the mean of the test is taken, at the begin and later [s], and what counts in it at most,
   // over the mean.
   static constexpr double first_seconds = 5.0;
   static constexpr double mean_seconds = 60.0;
   static constexpr double most_usual = 2.0;
-  static constexpr double least_usual = 1.0;
-  static constexpr std::size_t octaves = 8;  // of the time since a change, whose tests have a mean each
-  static constexpr double spacing = 3.0;     // steps to the next that is tried
-  static constexpr double longest_seconds = 4.0;
-  static constexpr double late_seconds = 0.6;
-  static constexpr double certain = 5.0;  // logarithm of a likelihood ratio
+  static constexpr double least_usual = 1.0;      // over its degrees of freedom: what noise alone makes it
+  static constexpr std::size_t octaves = 8;       // of the time since a change, whose tests have a mean each
+  static constexpr double spacing = 3.0;          // steps to the next that is tried
+  static constexpr double longest_seconds = 4.0;  // [s] age at which the oldest step is given up; a choice
+  static constexpr double late_seconds = 0.6;     // [s] age up to which a step counts as late; a choice
+  static constexpr double certain = 5.0;          // logarithm of a likelihood ratio
   struct Sums {
     Vector4 a{};
     std::array<Vector4, 4> B{};

@@ -35,7 +35,7 @@ struct RowStreamOptions {
   Index velocity_span = 0;
 
   [[nodiscard]] std::optional<std::string> complaint(Index joints) const {
-    constexpr double largest_f_m = 1e7;
+    constexpr double largest_f_m = 1e7;   // [Hz] any large value: windows stay finite
     constexpr Index longest = 1'000'000;  // all ticks of a window are kept
     if (!std::isfinite(f_m) || f_m <= 0.0 || f_m > largest_f_m) {
       return "f_m is " + number(f_m) + " Hz, must be positive" +

@@ -23,7 +23,7 @@ namespace detail {
   hash = (hash ^ word) * 0x100000001b3U;
   return hash ^ (hash >> 32U);
 }
-inline constexpr std::uint64_t first_hash = 0xcbf29ce484222325U;
+inline constexpr std::uint64_t first_hash = 0xcbf29ce484222325U;  // offset basis of FNV-1a of 64 bits
 
 // Calls take(first, count) for all plain values of a state, always in the same order. A class lists the parts
 // of its state in `state()`: classes with a state of their own, arrays, plain values and structs of these.

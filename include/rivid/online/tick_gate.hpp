@@ -109,15 +109,15 @@ class TickGate {
     Index older_steps = 1;
     Index learned = 0;  // ticks that the usual sizes are known by
   };
-  static constexpr double largest_position = 1e6;
-  static constexpr double largest_torque = 1e9;
-  static constexpr double late_part = 0.25;  // of a tick, beside …
-  static constexpr double jitters = 3.0;     // … the usual distance
-  static constexpr double follow = 0.02;     // part by which grid and jitter follow
-  static constexpr double learn = 0.01;      // part by which usual sizes of noise do
-  static constexpr double usual_positions = 8.0;
-  static constexpr double usual_torques = 12.0;
-  static constexpr double moving_sizes = 4.0;  // of the noise, in a tick
+  static constexpr double largest_position = 1e6;  // [rad | m] squares of what lies far beyond overflow
+  static constexpr double largest_torque = 1e9;    // [N·m | N] the same
+  static constexpr double late_part = 0.25;        // of a tick, beside …
+  static constexpr double jitters = 3.0;           // … the usual distance
+  static constexpr double follow = 0.02;           // part by which grid and jitter follow
+  static constexpr double learn = 0.01;            // part by which usual sizes of noise do
+  static constexpr double usual_positions = 8.0;   // usual sizes of noise that make a glitch; a choice
+  static constexpr double usual_torques = 12.0;    // the same; a choice: torques are rougher
+  static constexpr double moving_sizes = 4.0;      // of the noise, in a tick
   static constexpr double jump = 4.0;  // limits of a glitch by which positions that have jumped are away
   static constexpr Index enough = 50;  // ticks after which these are known
 

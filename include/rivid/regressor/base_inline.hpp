@@ -314,7 +314,7 @@ RIVID_INLINE double BaseParameters::rank_gap() const {
 }
 
 RIVID_INLINE std::optional<std::string> BaseParameters::doubt() const {
-  constexpr double clear_gap = 100.0;
+  constexpr double clear_gap = 100.0;           // smallest pivot kept over largest dropped; a choice
   constexpr double clearly_independent = 0.01;  // arms have 0.07 and more
   if (weakest_kept < 0) {
     return std::nullopt;

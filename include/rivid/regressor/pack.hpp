@@ -176,7 +176,7 @@ class BasicPack {
 
  private:
   using InMemory = typename detail::Lane<Lanes>::InMemory;
-  static constexpr double largest_angle = 1e5;
+  static constexpr double largest_angle = 1e5;  // [rad] |k| < 2^16 below it; larger ones go one by one
 
   // Returned inside a struct: a bare vector as a result is a matter of ABI, of which the compiler warns.
   [[nodiscard, gnu::always_inline]] Mask bits() const { return {reinterpret_cast<Bits>(values_)}; }
@@ -229,7 +229,7 @@ namespace detail {
 template <typename Scalar>
 struct Stored {
   using Value = Scalar;
-  static constexpr std::ptrdiff_t lanes = 1;
+  static constexpr std::ptrdiff_t lanes = 1;  // of anything but a pack
   [[gnu::always_inline]] static Scalar load(const Scalar* from) { return *from; }
   [[gnu::always_inline]] static void store(const Scalar& x, Scalar* to) { *to = x; }
 };

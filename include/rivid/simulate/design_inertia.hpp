@@ -199,8 +199,8 @@ class InertiaAscent {
       : inertias_(inertias), ranges_(ranges), joint_(joint) {}
 
   [[nodiscard]] double from(Vector q) const {
-    constexpr int most_rounds = 50;
-    constexpr double negligible = 1e-12;
+    constexpr int most_rounds = 50;       // over all joints; a choice that ends what does not settle
+    constexpr double negligible = 1e-12;  // relative gain of a round that ends it, 4500 ε
     double best = inertia(q);
     for (int round = 0; round < most_rounds; ++round) {
       const double before = best;
@@ -307,7 +307,7 @@ RIVID_INLINE Vector design_inertia(const DynamicModel& model, const Eigen::Ref<c
 }
 
 RIVID_INLINE std::optional<std::string> InertiaSearch::complaint() const {
-  constexpr Index most_samples = 10'000'000;
+  constexpr Index most_samples = 10'000'000;  // a choice that bounds time and memory
   if (samples < 1 || samples > most_samples) {
     return "samples is " + std::to_string(samples) + ", must be between 1 and " +
            std::to_string(most_samples);

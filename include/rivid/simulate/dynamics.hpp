@@ -361,7 +361,7 @@ namespace detail {
 // Parameters in frame j that joint j turns or slides without showing it, by the rules of Gautier & Khalil
 // (1990).
 inline Inertial unseen(const Inertial& inertial, JointType type) {
-  constexpr Index XX = 0, YY = 3, MZ = 8, M = 9;
+  constexpr Index XX = 0, YY = 3, MZ = 8, M = 9;  // places in an Inertial
   Inertial out = Inertial::Zero();
   if (type == JointType::prismatic) {
     out.head<6>() = inertial.head<6>();

@@ -33,7 +33,7 @@ struct BasicDynamicsLink : Frame {
   int from;  // of the link that carries this one, if that is not the link before; on_base if it is the base
 };
 
-inline constexpr int on_base = -2;
+inline constexpr int on_base = -2;  // mark, beside −1 for none
 using DynamicsLink = BasicDynamicsLink<double>;
 
 template <typename Number>
@@ -69,8 +69,8 @@ using DynamicsPlanOf = BasicDynamicsPlan<typename InertiaOf<Scalar>::Number>;
 [[gnu::always_inline]] constexpr int dynamics_step(Turn turn, unsigned offsets) {
   return static_cast<int>(turn) * 8 + static_cast<int>(offsets);
 }
-inline constexpr int revolute_step = 40;
-inline constexpr int prismatic_step = 41;
+inline constexpr int revolute_step = 40;   // 5 turns × 8 offsets come before it
+inline constexpr int prismatic_step = 41;  // the next one
 
 // Table of wrenches, one column each, stored by component: fx fy fz nx ny nz. Column r is that of joint n − 1
 // − r: what its unit acceleration asks of the frame at hand. M is stored from the tip on as well: row r
@@ -84,7 +84,7 @@ inline constexpr int prismatic_step = 41;
 
 // Distance from 1 to the next number.
 template <typename Scalar>
-inline constexpr double rounding_unit = 0x1p-52;
+inline constexpr double rounding_unit = 0x1p-52;  // of a double
 template <>
 inline constexpr double rounding_unit<float> = 0x1p-23;
 
@@ -129,14 +129,14 @@ struct DynamicsScratch {
 template <typename Scalar>
 struct WrenchColumns {
   using Values = Scalar;
-  static constexpr std::size_t lanes = 1;
+  static constexpr std::size_t lanes = 1;  // of anything but doubles
   [[gnu::always_inline]] static Values load(const Scalar* from) { return *from; }
   [[gnu::always_inline]] static void store(const Values& x, Scalar* to) { *to = x; }
 };
 template <>
 struct WrenchColumns<double> {
   using Values = BasicPack<2>;
-  static constexpr std::size_t lanes = 2;
+  static constexpr std::size_t lanes = 2;  // of BasicPack<2>
   [[gnu::always_inline]] static Values load(const double* from) { return Values::load(from); }
   [[gnu::always_inline]] static void store(const Values& x, double* to) { x.store(to); }
   [[gnu::always_inline]] static Values pair(double a, double b) {
@@ -810,7 +810,7 @@ template <typename Scalar>
                                               Scalar* inverse_D, Scalar* columns) {
   using Columns = WrenchColumns<Scalar>;
   using Values = typename Columns::Values;
-  constexpr std::size_t width = 4;
+  constexpr std::size_t width = 4;  // columns at a time, as the scratch has room for
   const auto rounding = Scalar(static_cast<double>(n) * rounding_unit<Scalar>);
   auto positive = Scalar(1.0) > Scalar(0.0);
   for (std::size_t i = 0; i < n; ++i) {

@@ -382,7 +382,9 @@ Matrix load_effect(std::size_t link, const BaseParameters& base, const ProbedRow
 // Another load from some instant on, or one that comes and goes: each part of the time has its own.
 void add_load_changes(const Robot& robot, std::size_t tip, const BaseParameters& base, const ProbedRows& rows,
                       std::vector<Alternative>& out) {
+  // of a change, evenly over the time; a choice: each takes a test, fewer lie farther from the change
   constexpr Index instants = 5;
+  // of the time, each with a load of its own; a choice: more follow faster changes by fewer rows each
   constexpr Index parts = 10;
   const Index blocks_of_part = std::max<Index>(rows.blocks / parts, 2);
   const Matrix whole = load_effect(tip, base, rows);
@@ -404,7 +406,7 @@ void add_load_changes(const Robot& robot, std::size_t tip, const BaseParameters&
     seconds +=
         log.size() > 0 ? static_cast<double>(log.samples.back() - log.samples.front()) / log.log->f_m : 0.0;
   }
-  constexpr Index rows_of_column = 5;
+  constexpr Index rows_of_column = 5;  // at least; a choice: with fewer, so many columns fit any residual
   const Index all = columns * (rows.blocks / blocks_of_part);
   // Residuals are alike for parts of a second, whatever they come from.
   if (whole.rows() < rows_of_column * all || seconds < 0.5 * parts) {

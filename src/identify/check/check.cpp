@@ -34,7 +34,7 @@ void add_not_tested(const std::string& subject, const std::string& what, Index r
 }
 
 std::string number_beside(double value, double other, int digits) {
-  constexpr int most = 6;
+  constexpr int most = 6;  // significant digits; numbers that are alike to these do not differ for a reader
   while (digits < most && number(value, digits) == number(other, digits)) {
     ++digits;
   }

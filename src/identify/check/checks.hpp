@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,6 +17,8 @@ namespace rivid::detail {
 
 class TorqueProbe;
 struct Reading;
+
+inline constexpr double degree = std::numbers::pi / 180.0;  // [rad]
 
 // "joint_2" or "scara.csv: joint_2" where there are several logs.
 [[nodiscard]] std::string place(const Robot& robot, std::span<const Log> logs, const Log& log, Index joint);

@@ -32,7 +32,7 @@ constexpr double convincing_part = 0.4;
 // one that does not win is reported.
 constexpr double simpler_part = 0.9;
 constexpr double rival_part = 0.7;
-constexpr std::size_t most_told = 5;
+constexpr std::size_t most_told = 5;  // alternatives in a report; a choice: a reader tries the first ones
 // Torques that are late by fewer samples were sampled or filtered otherwise than the experiment says, but
 // belong to the motion.
 constexpr double least_delay = 2.0;
@@ -230,7 +230,7 @@ std::vector<std::size_t> untested(const Robot& robot, const ProbedRows& rows,
 // reported and takes parameters of its own.
 void check_sameness(const TorqueProbe& probe, const Robot& robot, const Identification& result,
                     ProbedRows& rows, Alternatives& report, Findings& out) {
-  constexpr std::size_t most_logs = 12;
+  constexpr std::size_t most_logs = 12;  // each takes a fit of its own; a choice that bounds the time
   const std::size_t logs = rows.logs.size();
   if (logs < 2 || logs > most_logs) {
     return;
@@ -273,9 +273,9 @@ void check_sameness(const TorqueProbe& probe, const Robot& robot, const Identifi
 void check_evenness(const Robot& robot, const ProbedRows& rows, Findings& out) {
   // Than of the middle block: of 177 real logs and pieces 3 % have more.
   constexpr double much_more = 5.0;
-  constexpr double notable_rest = 0.03;  // of the torque
-  constexpr Index fewest_rows = 5;
-  constexpr std::size_t fewest_blocks = 5;
+  constexpr double notable_rest = 0.03;     // of the torque
+  constexpr Index fewest_rows = 5;          // of a block; a choice: the rms of fewer is a matter of chance
+  constexpr std::size_t fewest_blocks = 5;  // of a joint; a choice: the middle one of fewer is no measure
   struct Block {
     Vector rest;
     const Log* log = nullptr;

@@ -25,7 +25,7 @@ constexpr double counting = 0.01;
 constexpr double sure = 4.5;
 // And of one drive likely.
 constexpr double likely = 3.0;
-constexpr Index most_poses = 100;
+constexpr Index most_poses = 100;  // of each log; a choice: each takes an eigenvalue problem
 
 // A of Σ c_k π_k = ∫ [r; 1]ᵀ A [r; 1] dm, with coefficients c of the inertial parameters π of a body.
 Eigen::Matrix4d moment_matrix(const Inertial& c) {
@@ -45,7 +45,7 @@ Eigen::Matrix4d moment_matrix(const Inertial& c) {
 // with A ⪰ 0, as masses and inertias about any axis are, and rotor inertias and friction with positive
 // coefficients.
 bool always_positive(const BaseParameters& base, Index i) {
-  constexpr double rounding = 1e-9;
+  constexpr double rounding = 1e-9;  // relative; any value between rounding and a coefficient that counts
   std::map<int, Inertial> moments;
   const auto add = [&](Index standard, double coefficient) {
     const StandardParameter& p = base.standard[static_cast<std::size_t>(standard)];

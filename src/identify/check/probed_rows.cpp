@@ -17,6 +17,7 @@ namespace {
 constexpr Index wanted_blocks = 20;
 // Instants of all logs that are compared.
 constexpr Index most_instants = 400;
+// that each joint should have; a choice: with fewer, columns fit what they are to explain
 constexpr Index rows_of_a_column = 3;
 
 }  // namespace
@@ -111,6 +112,7 @@ std::optional<ProbedRows> ProbedRows::fitted(const TorqueProbe& probe, const Rob
 }
 
 bool ProbedRows::fit() {
+  // least over largest pivot, 4500 ε: columns below are dependent but for rounding
   constexpr double independent = 1e-12;
   StreamingQr qr(W.cols(), 1);
   qr.add(W, Y);

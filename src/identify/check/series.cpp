@@ -7,6 +7,7 @@
 
 #include "identify/check/checks.hpp"
 #include "identify/rows/exact_rows.hpp"
+#include "identify/rows/position_noise.hpp"
 #include "ranges.hpp"
 #include "rivid/identify/rows.hpp"
 #include "rivid/signal/filter.hpp"
@@ -23,21 +24,22 @@ constexpr double still_range = 1e-3;  // [rad | m]
 // No encoder has so much noise [rad | m].
 constexpr double surely_moves = 0.1;
 
-constexpr double degree = std::numbers::pi / 180.0;
-
 // A sample counts as standstill below this part of the joint's largest velocity.
 constexpr double slow = 0.01;
-constexpr double notable_standstill = 0.3;
+constexpr double notable_standstill = 0.3;  // of the samples; a choice: pauses of usual motions stay below
 // Positions may leave the limits of the URDF by this part of their span.
 constexpr double beyond_limits = 0.1;
 // No other zero or robot takes positions so many times as far as the limits.
 constexpr double far_beyond_limits = 10.0;
 // Without limits: a joint that turns more often than this is in degrees, and a slide is not longer than that.
 constexpr double most_turns = 8.0 * 2.0 * std::numbers::pi;
-constexpr double longest_slide = 20.0;  // [m]
+// [m] a choice: millimetres read as metres make a slide of 20 mm this long
+constexpr double longest_slide = 20.0;
 // Largest motion of any joint that makes degrees out of radians likely [rad].
 constexpr double smallest_motion = 0.12;
+// times the limit; a choice: drives exceed their limits a little, wrong units by 57 and more
 constexpr double beyond_velocity = 3.0;
+// times the limit, as an rms; a choice: torques stay below 1, thousandths of a unit exceed it by far
 constexpr double beyond_effort = 5.0;
 // Part of the samples at one extreme value, in runs of at least so many, that is saturation.
 constexpr double saturated_share = 0.005;
@@ -118,8 +120,8 @@ void check_limits(const Robot& robot, std::span<const Log> logs, const Log& log,
 // end: it has gone over its end.
 void add_wrap(const Eigen::Ref<const Vector>& x, const std::string& what, const std::string& subject,
               Findings& out) {
-  constexpr double values = 65536.0;
-  constexpr double nearly_all = 0.9;
+  constexpr double values = 65536.0;  // 2^16, of a register of 16 bits
+  constexpr double nearly_all = 0.9;  // of the register; a choice: motions seldom reach both ends exactly
   const double extent = range(x);
   const double step = extent > 0.0 ? quantum(x) : 0.0;
   if (!(step > 0.0) || extent > values * step || extent < nearly_all * values * step) {
@@ -309,8 +311,8 @@ void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings
   constexpr double common = 1.5;
   // Neighbouring fourth differences of white errors correlate by -0.8, those of motions by nearly 1.
   constexpr double rough = -0.4;
-  constexpr double power = 70.0;  // of the fourth difference of white errors
-  constexpr double least_jitter = 0.01;
+  constexpr double least_jitter = 0.01;  // rms [periods]; a choice: less is not worth a word
+  // of 3, the largest fourth difference of a lost period: half-way between none and one
   constexpr double lost_part = 0.5;
   const Index n = log.q.cols();
   const Index m = log.samples() - 4;
@@ -357,7 +359,7 @@ void check_clock(const Log& log, const Matrix& qd, std::string subject, Findings
       quiet_until = k + 5;
     }
   }
-  const double jitter = std::sqrt(squares / std::max(count, 1.0) / power);
+  const double jitter = std::sqrt(squares / std::max(count, 1.0) / fourth_difference_power);
   if (jitter < least_jitter) {
     return;
   }
@@ -414,7 +416,9 @@ bool check_motion(const Robot& robot, std::span<const Log> logs, Findings& out) 
 
 // Rates that no dynamics can be seen at, or that nothing is logged at: time in another unit.
 void check_rate(const Log& log, std::string subject, Findings& out) {
-  constexpr double slowest_rate = 8.0;  // [Hz]
+  // [Hz] a choice: a log of 1 kHz with milliseconds read as seconds has 1 Hz
+  constexpr double slowest_rate = 8.0;
+  // [Hz] no robot is logged as fast; 1 kHz with seconds read as milliseconds is 1 MHz
   constexpr double fastest_rate = 2e5;
   if (log.f_m < slowest_rate || log.f_m > fastest_rate) {
     out.add("time_scale", std::move(subject),

@@ -46,9 +46,9 @@ struct Sizes {
 // Whether the inertials of the URDF describe bodies, rather than fill their place: a link without mass, links
 // whose masses or inertias are all alike, masses of grams, or inertias of bodies larger than any link.
 bool describes_bodies(const Robot& robot) {
-  constexpr double next_to_nothing = 0.01;  // [kg]
-  constexpr double least_length = 0.5;      // of an arm [m]
-  constexpr double largest_gyration = 0.5;  // over the length
+  constexpr double next_to_nothing = 0.01;  // [kg] for each link on average; a choice
+  constexpr double least_length = 0.5;      // [m] of an arm, for robots whose links have no lengths; a choice
+  constexpr double largest_gyration = 0.5;  // over the length; a choice: a rod of that length has 0.29
   const double length = sum_of(robot.chain.links, [&](const Chain::Link& link) { return link.p.norm(); });
   std::vector<double> masses;
   std::vector<double> inertias;  // half the trace about the centre of mass
@@ -64,7 +64,7 @@ bool describes_bodies(const Robot& robot) {
     }
   }
   const auto alike = [](const std::vector<double>& x) {
-    constexpr double rounding = 1e-9;
+    constexpr double rounding = 1e-9;  // relative: masses or inertias that differ by less are all the same
     const auto [least, most] = std::ranges::minmax(x);
     return x.size() > 1 && most - least <= rounding * std::abs(most);
   };
@@ -136,6 +136,7 @@ double friction_size(const Robot& robot, const Vector& x) {
 
 // Minimum-norm solution in columns of norm 1.
 Vector solved(const StreamingQr& qr) {
+  // of the largest singular value; a choice: directions below it are not seen beside noise
   constexpr double independent = 1e-6;
   const Matrix R = qr.R();
   Vector norms = R.colwise().norm();
@@ -187,8 +188,9 @@ bool off_by(double factor, double limit) { return factor > limit || factor < 1.0
 // Those of all rows that each half of the logs says as well.
 Sizes agreed_sizes(const TorqueProbe& probe, const Robot& robot, const BaseParameters& base,
                    const Reading& reading) {
+  // factor between a half of the logs and all; a choice: a size in which halves disagree more is no fault
   constexpr double alike = 1.5;
-  constexpr double harmless = 4.0;
+  constexpr double harmless = 4.0;  // factor; a choice: sizes within it are taken without asking the halves
   Sizes out = sizes(probe, robot, base, reading, Part::all);
   const auto fine = [](double size) { return size == 0.0 || (size > 0.0 && !off_by(size, harmless)); };
   if (fine(out.gravity) && fine(out.inertia) && fine(out.dry_friction)) {

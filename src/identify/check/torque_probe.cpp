@@ -34,15 +34,15 @@ constexpr Index settled = 2;
 // Windows are made wider until noise is this part of each joint's mean square acceleration, or a log holds so
 // few of them.
 constexpr double little_noise = 0.01;
-constexpr Index noise_samples = 2000;  // in the middle of a joint's motion, for its noise
-constexpr Index least_windows = 40;
-constexpr Index steps_of_motion = 200;
+constexpr Index noise_samples = 2000;   // in the middle of a joint's motion, for its noise
+constexpr Index least_windows = 40;     // of the shortest log; a choice: fewer leave too few rows to compare
+constexpr Index steps_of_motion = 200;  // of a log; any number that resolves where its motion is
 // Of the instants one in so many serves for a first look.
 constexpr Index some_step = 4;
 // Of a log where joints have their turns, every other one makes a half.
 constexpr Index stretches_by_turns = 40;
-constexpr Index poses = 32;
-constexpr unsigned probe_seed = 1687;
+constexpr Index poses = 32;            // of which inertias are a mean; a choice
+constexpr unsigned probe_seed = 1687;  // any: it only makes results repeat
 
 // The sample before which half of the squares of a joint's steps are made: no pause, however long, holds it.
 Index middle_of_motion(const Eigen::Ref<const Vector>& q) {
@@ -296,6 +296,7 @@ std::vector<Index> TorqueProbe::instants_of(const ProbedLog& log, Part part) con
 }
 
 bool TorqueProbe::by_turns() const {
+  // of a joint's moving instants in each half, else halves are taken by turns; a choice
   constexpr double least_share = 0.15;
   for (Index j = 0; j < robot_.size(); ++j) {
     double first = 0.0;
@@ -475,6 +476,7 @@ HalfScores TorqueProbe::halves(const Reading& reading) const {
 
 bool TorqueProbe::shows(double inertia, Index joint, const Reading& reading,
                         const JointFactor& factor) const {
+  // rms of inertia's torque over that of the joint's; a choice: below it friction covers it
   constexpr double part = 0.03;
   const auto j = static_cast<std::size_t>(joint);
   const Index column = reading.position[j];

@@ -27,6 +27,7 @@ constexpr double convincing = 0.5;
 constexpr double convincing_elsewhere = 0.6;  // of each half, with the parameters of the other one
 // Halves that leave less of each other foretell each other.
 constexpr double mostly_explained = 0.25;
+// factor of what is left (squared) that counts as equal where faults go; a choice
 constexpr double no_worse = 1.05;
 constexpr double tie = 1.005;  // of two changes that fit as well, the first counts
 // A delay is believed where it leaves this part of what was left (squared), in each half of the logs too, is so
@@ -34,7 +35,7 @@ constexpr double tie = 1.005;  // of two changes that fit as well, the first cou
 constexpr double delay_convincing = 0.7;
 constexpr double least_delay_samples = 2.0;
 constexpr double same_delay = 0.25;
-constexpr double longest_torque_delay = 0.3;  // [s]
+constexpr double longest_torque_delay = 0.3;  // [s] that is searched; a choice
 // Where no more is left than this, a delay does no harm.
 constexpr double harmless_delay = 1e-4;
 
@@ -74,7 +75,7 @@ void add_sign_changes(const Robot& robot, const Reading& reading, std::vector<Ot
 
 // Zeros that are a quarter or half a turn away.
 void add_zero_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
-  constexpr double quarter = 0.5 * std::numbers::pi;
+  constexpr double quarter = 0.5 * std::numbers::pi;  // of a turn [rad]
   for (Index j = 0; j < robot.size(); ++j) {
     if (robot.joints[static_cast<std::size_t>(j)].type != JointType::revolute) {
       continue;
@@ -121,7 +122,6 @@ void add_order_changes(const Robot& robot, const Reading& reading, std::vector<O
 }
 
 void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
-  constexpr double degree = std::numbers::pi / 180.0;
   for (const double scale : {degree, 1.0 / degree}) {
     const bool degrees = scale < 1.0;
     Reading every = reading;
@@ -163,7 +163,7 @@ void add_unit_changes(const Robot& robot, const Reading& reading, std::vector<Ot
 }
 
 void add_gravity_changes(const Robot& robot, const Reading& reading, std::vector<OtherReading>& out) {
-  constexpr double standard_gravity = 9.80665;  // [m/s²]
+  constexpr double standard_gravity = 9.80665;  // [m/s²] as Chain::gravity
   constexpr std::array axes = {"x", "y", "z"};
   const double g = reading.gravity.norm() > 0.0 ? reading.gravity.norm() : standard_gravity;
   if (reading.gravity.norm() > 0.0) {
@@ -240,6 +240,7 @@ bool only_torques(std::string_view code) {
 // Signs of a torque and of its position are hard to distinguish where a joint hardly feels the others.
 std::string rival(const TorqueProbe& probe, const OtherReading& best, const ProbeScore& score,
                   const Reading& before) {
+  // factor of what is left (squared); a choice: the other sign is named from there on
   constexpr double nearly_as_well = 1.5;
   const bool torque = best.code == "torque_sign";
   if ((!torque && best.code != "position_sign") || best.subject == "all joints") {
@@ -261,6 +262,7 @@ std::string rival(const TorqueProbe& probe, const OtherReading& best, const Prob
 // Upside down, gravity turns the signs of first moments, which inertia hardly notices.
 void check_gravity(const TorqueProbe& probe, const Robot& robot, const Reading& reading,
                    const ProbeScore& now, Findings& out) {
+  // factor of what is left (squared); a choice: weak motions differ less by chance
   constexpr double clearly_better = 0.8;
   if (out.has("gravity_direction") || reading.gravity.norm() == 0.0) {
     return;

@@ -28,6 +28,7 @@ namespace {
 
 // From simple to rich; the first is that of comparison.
 constexpr std::array candidates = {Friction::symmetric, Friction::root, Friction::load, Friction::load_root};
+// of time, each predicted by the fit to the others; a choice: more take a fit each
 constexpr Index wanted_stretches = 8;
 // By how much of its error, and by how many standard errors, a richer law has to be better than a simpler one.
 constexpr double least_gain = 0.03;

@@ -16,7 +16,7 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr int most_passes = 100;
+constexpr int most_passes = 100;  // a choice that ends what does not settle
 // Step of a parameter, in its deviations for independent errors, with which the passes end.
 constexpr double small_step = 0.02;
 // … or relative to the largest parameter, where there is no noise.

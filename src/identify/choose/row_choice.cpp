@@ -36,6 +36,7 @@ constexpr double slow_part = 0.05;
 // so many rows for each parameter.
 constexpr double many_rows = 10.0;
 constexpr double fewest_rows = 2.0;
+// rows for each parameter, above which the first of the windows that serve is taken; a choice
 constexpr double plenty = 40.0;
 // Rows for each column of the joint that has the fewest, below which residuals say too little about the errors
 // to be worth less noise.

@@ -66,7 +66,7 @@ Matrix row_shifts(const Answer& answer, Findings& out) {
   }
   for (const auto& [window, where] :
        {std::pair(&answer.rows->at_half, "half"), {&answer.rows->at_double, "double"}}) {
-    constexpr double beyond_chance = 3.0;
+    constexpr double beyond_chance = 3.0;  // σ of the parameter; a choice: intervals of 2 σ do not cover it
     if (window->beyond_noise.size() != chosen.size()) {
       continue;
     }
@@ -188,6 +188,7 @@ void add_largest_shift(const std::vector<ParameterEstimate>& parameters, RobustR
 // Uncertain by more than a row, or ten samples, a lag says nothing; the rows were chosen with what little it
 // does.
 bool says_something(const TorqueLag& lag, const SignalOptions& signal) {
+  // samples; a choice: a lag with a larger σ tells neither sampling nor filters apart
   constexpr Index few = 10;
   return lag.sigma <= static_cast<double>(std::max(few, stride_of(signal)));
 }

@@ -25,8 +25,9 @@ constexpr double velocity_span = 0.1;
 constexpr double helpful = 0.5;
 // A parameter that is known to lie below this part of its like is small.
 constexpr double small = 0.1;
+// that a column's rms is taken over; a choice: it only compares parameters
 constexpr Index random_poses = 24;
-constexpr unsigned pose_seed = 1961;
+constexpr unsigned pose_seed = 1961;  // any: it only makes results repeat
 
 // How strongly motions of one kind show each base parameter: rms of its column over random poses, (b).
 Vector strength(const Robot& robot, const BaseParameters& base, const Motion& motion) {

@@ -96,6 +96,7 @@ void find_predictions(const Identification& result, Findings& out) {
   // A joint whose torque is below this part of the largest one of its unit carries none that counts; and noise
   // of a torque is in the fit as well.
   constexpr double counting = 0.01;
+  // factor of the residual of the fit; a choice: noise of the torque is in both
   constexpr double worse = 2.0;
   // Rows that hold the noise of accelerations leave as much in the fit.
   if (result.forecast && std::isfinite(result.forecast->relative_error) &&

@@ -14,7 +14,7 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr int most_rounds = 10;
+constexpr int most_rounds = 10;  // of noise models and instruments; a choice that ends what does not settle
 
 // The noise models of the residual of `chi`, one a joint.
 std::vector<NoiseModel> noise_models(const EstimationProblem& problem, const IvSolver& solver,

@@ -21,6 +21,7 @@ constexpr int most_halvings = 5;
 constexpr double still = 0.2;
 // A step counts as one of a cycle where it leads back to within this part of itself.
 constexpr double cycle_return = 0.1;
+// halvings of the step; a choice: an eighth that still goes to and fro does not settle
 constexpr int most_dampings = 3;
 // Parameters are moved by this part of their deviation for differences.
 constexpr double difference_part = 0.1;

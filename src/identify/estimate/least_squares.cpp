@@ -18,6 +18,7 @@ std::vector<double> ones(const EstimationProblem& problem) {
 
 // Robot::total_mass, whose column the rows have on the other side: as good as exact.
 LeastSquares with_known_mass(const EstimationProblem& problem, LeastSquares out) {
+  // any small value: the data know no mass as well; a smaller one spoils the condition
   constexpr double relative_deviation = 1e-6;
   for (Index c = 0; c < problem.base.size(); ++c) {
     if (problem.robot.known_mass(problem.base.parameters[static_cast<std::size_t>(c)].leading)) {

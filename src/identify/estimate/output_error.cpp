@@ -29,6 +29,7 @@ constexpr Index most_compared = 20000;
 constexpr int most_shorter = 5;
 // What holds a parameter: of a step that it would take this part is left.
 constexpr double holding = 1e6;
+// of its step: a parameter that moves by less is held by its bound; rounding is below
 constexpr double at_zero = 1e-9;
 // Unknowns of the loop are moved by this part of their deviation beforehand, for differences, at most so far.
 constexpr double prior_step = 0.05;

@@ -39,6 +39,7 @@ std::string quoted_cell(const std::string& text) {
 FrictionCurve friction_law(const Robot& robot, const Identification& result, std::size_t joint,
                            double most_speed, double load) {
   constexpr Index points = 61;  // to either side
+  // of the largest speed; any small value: points at both sides of the jump at rest
   constexpr double beside_rest = 1e-6;
   const Joint& of = robot.joints[joint];
   FrictionCurve out;
@@ -75,7 +76,7 @@ FrictionCurve friction_law(const Robot& robot, const Identification& result, std
 
 FrictionCurve friction_curve(const Robot& robot, const Identification& result, std::size_t joint,
                              const StackedRows& rows) {
-  constexpr double past_rows = 1.05;
+  constexpr double past_rows = 1.05;  // of the largest speed of a row, so that curves end beyond the points
   const double load = (rows.predicted - (rows.friction - rows.residual)).cwiseAbs().mean();
   FrictionCurve out =
       friction_law(robot, result, joint, past_rows * rows.velocity.cwiseAbs().maxCoeff(), load);

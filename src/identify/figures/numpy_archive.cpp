@@ -43,7 +43,8 @@ std::uint32_t checksum(std::string_view bytes) {
 // An array in the format of NumPy, version 1.0.
 std::string npy(const std::string& type, const std::string& shape, std::string_view data) {
   std::string header = "{'descr': '" + type + "', 'fortran_order': True, 'shape': (" + shape + "), }";
-  constexpr std::size_t alignment = 64;
+  constexpr std::size_t alignment = 64;  // [bytes] of the data, by the format
+  // [bytes] magic string (6), version (2) and length of the header (2), by the format
   constexpr std::size_t before = 10;
   header.resize((before + header.size() + alignment) / alignment * alignment - before - 1, ' ');
   header += '\n';

@@ -16,8 +16,8 @@ using Logs = std::span<const Prediction>;
 
 // Over five deviations to either side, or as far as the residual goes.
 void fill_histogram(Logs logs, std::size_t joint, ResidualShape& out) {
-  constexpr int bins = 40;
-  constexpr double reach = 5.0;
+  constexpr int bins = 40;       // a quarter of σ each over ±5 σ
+  constexpr double reach = 5.0;  // σ; a normal residual goes beyond in 6 of 10 million rows
   double least = std::numeric_limits<double>::infinity();
   double most = -least;
   for (const Prediction& log : logs) {
@@ -65,8 +65,8 @@ void add_products(const Prediction& log, const JointPrediction& joint, double me
 }  // namespace
 
 ResidualShape residual_shape(std::span<const Prediction> predictions, std::size_t joint) {
-  constexpr Index fewest_rows = 8;
-  constexpr Index most_lags = 60;
+  constexpr Index fewest_rows = 8;  // any few: a shape of fewer shows nothing
+  constexpr Index most_lags = 60;   // of the plot; a choice
   const Logs logs = fitted_logs(predictions);
   ResidualShape out;
   double sum = 0.0;

@@ -95,9 +95,9 @@ TorqueForecast expected_error(const Robot& robot, const BaseParameters& base, st
 
 double reference_error(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
                        const Vector& chi, ThreadTeam& team) {
-  constexpr double cutoff_hz = 10.0;
-  constexpr double rows_hz = 50.0;
-  constexpr double of_rate = 0.2;  // at most
+  constexpr double cutoff_hz = 10.0;  // a choice: above the motion of arms, below most noise of accelerations
+  constexpr double rows_hz = 50.0;    // five times the cut-off; a choice
+  constexpr double of_rate = 0.2;     // at most
   std::vector<SignalOptions> signals;
   for (const Log& log : logs) {
     const int n_d = std::max(static_cast<int>(std::lround(log.f_m / rows_hz)), 1);

@@ -60,7 +60,7 @@ Matrix geometry_covariance(const EstimationProblem& problem, const Estimate& est
   if ((by.length == 0.0 && by.angle == 0.0) || problem.logs.empty() || estimate.rank < b) {
     return {};
   }
-  constexpr int coordinates = 6;
+  constexpr int coordinates = 6;  // of a frame: three lengths and three angles
   const Index n = problem.joints();
   const BaseParameters base = at_load(problem.base, estimate.chi);
   const StandardModel model(problem.robot, base, estimate.chi);

@@ -50,6 +50,7 @@ void warn_of_weak_excitation(const BaseParameters& base, const Matrix& root, Inf
 
 // The pull of the description may cost this part of the residual sum of squares.
 constexpr double tolerable_price = 0.1;
+// the weight falls by tenths to here; a choice that ends its fall
 constexpr double least_weight = 1e-6;
 // Where a tenth of the weight does not lower the price by so much, it is not the pull that costs.
 constexpr double worth_it = 0.9;

@@ -27,13 +27,14 @@ struct Estimator {
 
 // Whether rows are so few, for b parameters, that leverage counts.
 [[nodiscard]] inline bool leverage_counts(Index rows, Index b) {
+  // rows for each parameter, beyond which leverages are 0.1 % on average; a choice
   constexpr Index many = 1000;
   return rows < many * b;
 }
 
 // Sums over the residual ρ of a joint's rows, for tests of whiteness and normality.
 struct ResidualMoments {
-  static constexpr Index lags = 20;
+  static constexpr Index lags = 20;  // of the test of whiteness, its degrees of freedom; a choice
 
   Index rows = 0;
   std::array<double, 4> powers{};          // Σ ρ, Σ ρ², Σ ρ³, Σ ρ⁴
@@ -73,6 +74,7 @@ class LagSums {
   Matrix ZD;     // Zᵀ D of each, (intervals × own)
 
  private:
+  // far before all samples, so that differences to it do not overflow
   static constexpr Index none = std::numeric_limits<Index>::min() / 2;
 
   // Whether no row is missing from so many before row i to so many after it.

@@ -170,6 +170,7 @@ struct WaldTest {
     const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * S * scale.asDiagonal());
     const Vector along = eigen.vectors.transpose() * scale.cwiseProduct(A * chi);
     Vector solved = Vector::Zero(along.size());
+    // of the largest eigenvalue; below it a direction has no variance but for rounding
     constexpr double least = 1e-10;
     for (Index i = 0; i < along.size(); ++i) {
       if (eigen.values[i] > least * eigen.values.maxCoeff()) {
@@ -298,6 +299,7 @@ void tie_twins(const EstimationProblem& problem, const Estimate& estimate, Infer
 }
 
 Estimate tied(Estimate estimate, const Matrix& tie) {
+  // any large value: ties hold to 1e-8 of a variance, at four of the 16 digits of R
   constexpr double stiff = 1e4;
   const Index b = tie.rows();
   // Of what the ties forbid the information for independent errors, so much larger.

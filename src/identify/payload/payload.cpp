@@ -172,7 +172,7 @@ std::vector<Log> with_gains(std::span<const Log> logs, const std::vector<GainEst
 
 // Gains that the logs contradict: far outside of what was known of them, whatever takes part in that.
 std::vector<Finding> contradicted_gains(const PayloadReport& found) {
-  constexpr double sure = 4.0;
+  constexpr double sure = 4.0;  // deviations; chance is 6e-5 for each gain
   std::vector<Finding> out;
   for (std::size_t j = 0; j < found.gains.size(); ++j) {
     const GainEstimate& gain = found.gains[j];

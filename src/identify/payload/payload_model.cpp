@@ -13,7 +13,7 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr int most_iterations = 60;
+constexpr int most_iterations = 60;  // a choice that ends what does not settle
 // Step of an unknown in its deviations for independent errors that ends the iteration.
 constexpr double settled_step = 1e-3;
 // Eigenvalues of the scaled information that count as zero, relative to the largest.
@@ -23,7 +23,7 @@ constexpr double least_error = 1e-7;
 // A known mass and a known gain without a deviation, relative.
 constexpr double exact_mass = 1e-5;
 constexpr double exact_gain = 1e-5;
-constexpr double most_leverage_of_row = 0.9;
+constexpr double most_leverage_of_row = 0.9;  // a choice: bounds the correction for leverage at ten times
 // Part of an inverse gain that it moves by at most in a step.
 constexpr double most_gain_step = 0.5;
 

@@ -65,7 +65,7 @@ struct PayloadRows {
 
 // The rows of one log.
 struct PayloadLog {
-  static constexpr Index no_load = -1;
+  static constexpr Index no_load = -1;  // mark: an arm without payload
 
   Index load = no_load;  // which of the payloads it has
   double f_m = 0.0;
@@ -137,7 +137,7 @@ class PayloadFit {
   // Whether the data determine all unknowns, and so many of them from one on.
   [[nodiscard]] bool full_rank() const { return determined(0, theta_.size()); }
   [[nodiscard]] bool determined(Index first, Index count) const {
-    constexpr double rounding = 1e-8;
+    constexpr double rounding = 1e-8;  // part of an unknown in the null space; hidden ones are far above
     return hidden_.segment(first, count).maxCoeff() < rounding;
   }
   // Measurements beyond the unknowns, the arm's parameters among them where they are known.

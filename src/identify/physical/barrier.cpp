@@ -25,6 +25,7 @@ constexpr int most_steps_for_a_weight = 200;
 constexpr double most_of_the_way = 0.98;
 
 Moments svec(const Eigen::Matrix4d& S) {
+  // weighs pairs of entries, so that the product of two vectors is the trace of that of the matrices
   constexpr double r = std::numbers::sqrt2;
   Moments v;
   v << S(0, 0), S(1, 1), S(2, 2), S(3, 3), r * S(1, 0), r * S(2, 0), r * S(3, 0), r * S(2, 1), r * S(3, 1),
@@ -33,7 +34,7 @@ Moments svec(const Eigen::Matrix4d& S) {
 }
 
 Eigen::Matrix4d smat(const Moments& v) {
-  constexpr double r = 1.0 / std::numbers::sqrt2;
+  constexpr double r = 1.0 / std::numbers::sqrt2;  // undoes that of svec()
   Eigen::Matrix4d S;
   S << v[0], r * v[4], r * v[5], r * v[6],  //
       r * v[4], v[1], r * v[7], r * v[8],   //
@@ -65,9 +66,10 @@ struct AlongStep {
   }
   // Its minimum to a few digits, by bisection; the full Newton step where that is as good.
   [[nodiscard]] double minimum() const {
+    // part of the first slope that the full step may leave; a choice: less takes more bisections
     constexpr double flat = 0.1;
-    constexpr double digits = 1e-3;
-    constexpr double farthest = 1e3;
+    constexpr double digits = 1e-3;   // relative; a choice: the next step begins anew anyhow
+    constexpr double farthest = 1e3;  // Newton steps; any large value: it bounds a search to infinity
     const double end = most_of_the_way * boundary();
     if (1.0 < end && std::abs(derivative(1.0)) <= flat * std::abs(derivative(0.0))) {
       return 1.0;
@@ -167,8 +169,8 @@ class Newton {
       if (factor_.info() == Eigen::Success || !(raised < most) || !hessian_.allFinite()) {
         break;
       }
-      constexpr double first = 1e-14;
-      constexpr double faster = 10.0;
+      constexpr double first = 1e-14;  // times the diagonal of ones, 45 ε: the least that mends a rounding
+      constexpr double faster = 10.0;  // each attempt; a choice: 18 reach the limit
       const double more = raised == 0.0 ? first : (faster - 1.0) * raised;
       hessian_.diagonal().array() += more;
       raised += more;

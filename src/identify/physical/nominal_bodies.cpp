@@ -17,8 +17,8 @@ constexpr double round_enough = 0.1;
 // of ten times that size.
 constexpr double point = 1e-2;
 constexpr double ball = 0.1;
-constexpr double unknown_mass = 1.0;    // kg
-constexpr double unknown_radius = 0.1;  // m
+constexpr double unknown_mass = 1.0;    // [kg] where no body of the robot has a mass; a choice
+constexpr double unknown_radius = 0.1;  // [m] of gyration, where no body has an extent; a choice
 
 // Second moments about the centre of mass per unit of mass [m²].
 Eigen::Matrix3d spread(const Eigen::Matrix4d& P) {

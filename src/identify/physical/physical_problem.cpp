@@ -147,7 +147,7 @@ Vector inside_near(const Robot& robot, const Physical& options, const BarrierPro
         allowed[k] / masses[k] * inertial_from_pseudo_inertia(bodies[j]);
   }
   for (const LinearBound& bound : signs) {
-    constexpr double at_least = 1e-6;
+    constexpr double at_least = 1e-6;  // in the unit of the bound; any small value: a start must lie inside
     const double slack = bound.slack(wanted);
     if (!(slack > at_least)) {
       wanted[bound.terms.front().first] += 1.0 - slack;
@@ -243,6 +243,7 @@ std::vector<LinearBound> sign_bounds(const Robot& robot, const BaseParameters& b
 }
 
 Vector masses_within(const Robot& robot, const Physical& options, Vector masses) {
+  // of the room of a mass; any part: a start must lie inside, away from its bounds
   constexpr double margin = 0.1;
   const Vector least = least_masses(robot, options);
   const Vector most = most_masses(robot, options);

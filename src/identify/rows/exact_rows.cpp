@@ -26,12 +26,6 @@ constexpr double least_cutoff = 0.5;
 constexpr double least_velocity = 1e-3;
 // Two central differences in a row reach over two samples to each side.
 constexpr Index difference_reach = 2;
-// Part of the differences that measures the noise, the small ones: the others contain reversals. And the mean
-// square of a Gaussian within the quantile of that part, in units of its variance.
-constexpr double quiet_part = 0.95;
-constexpr double quiet_square = 0.7588;
-// Σ of the squared binomial coefficients of the fourth difference.
-constexpr double fourth_difference_gain = 70.0;
 
 // Samples that a row reaches to each side: filters smear a reversal over half a period of their cut-off.
 Index reach(double f_m, const SignalOptions& options) {
@@ -137,7 +131,7 @@ double noise_level(const Eigen::Ref<const Vector>& x) {
   const auto quiet = static_cast<Index>(std::ceil(quiet_part * static_cast<double>(m)));
   std::nth_element(squares.begin(), squares.begin() + (quiet - 1), squares.end());
   const double mean = squares.head(quiet).sum() / static_cast<double>(quiet);
-  return std::sqrt(mean / (quiet_square * fourth_difference_gain));
+  return std::sqrt(mean / (quiet_square * fourth_difference_power));
 }
 
 void average_torque(Matrix& tau, bool held) {

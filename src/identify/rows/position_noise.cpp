@@ -13,8 +13,6 @@ namespace rivid::detail {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-// Σ of the squared binomial coefficients of the fourth difference.
-constexpr double fourth_difference_power = 70.0;
 // An octave with fewer means is ignored.
 constexpr std::size_t fewest_means = 24;
 // Power that rises by more than this factor from one octave to the next lower one is motion: that of the arm,
@@ -79,22 +77,20 @@ DifferencePowers difference_powers(const std::vector<double>& x) {
 
 // Mean square of the fourth differences but for the largest, which are outliers; as if the noise were normal.
 double quiet_mean_square(const std::vector<double>& x) {
-  constexpr double quiet_share = 0.95;
-  constexpr double part_of_square = 0.7588;  // of a normal variable within that quantile of its square
+  // differences; a choice: their mean square is known to 2 or 3 %, in little time
   constexpr std::size_t most = 8192;
   const std::size_t step = x.size() / most + 1;
   std::vector<double> squares;
   for (std::size_t k = 2; k + 2 < x.size(); k += step) {
     squares.push_back(std::pow(fourth_difference(x, k), 2));
   }
-  const auto quiet =
-      static_cast<std::ptrdiff_t>(std::ceil(quiet_share * static_cast<double>(squares.size())));
+  const auto quiet = static_cast<std::ptrdiff_t>(std::ceil(quiet_part * static_cast<double>(squares.size())));
   std::ranges::nth_element(squares, squares.begin() + (quiet - 1));
   double sum = 0.0;
   for (std::ptrdiff_t k = 0; k < quiet; ++k) {
     sum += squares[static_cast<std::size_t>(k)];
   }
-  return sum / (part_of_square * static_cast<double>(quiet));
+  return sum / (quiet_square * static_cast<double>(quiet));
 }
 
 // Part of the samples that equal the one before.

@@ -8,6 +8,15 @@
 
 namespace rivid::detail {
 
+// Part of squared differences that measures noise, the small ones; a choice: the others contain reversals and
+// outliers.
+inline constexpr double quiet_part = 0.95;
+// Mean square of a normal variable within the quantile of that part, in units of its variance:
+// 1 - 2 · 1.96 φ(1.96) / 0.95.
+inline constexpr double quiet_square = 0.7588;
+// Σ of the squared binomial coefficients of the fourth difference: 1 + 16 + 36 + 16 + 1.
+inline constexpr double fourth_difference_power = 70.0;
+
 // Variances of the noise of a joint's velocity and acceleration.
 struct DerivativeNoise {
   double velocity = 0.0;

@@ -95,8 +95,9 @@ std::vector<double> thresholds_of(const detail::RowSource& source, const SignalO
 // A position that is nowhere near the others, as a corrupt line leaves it, for a message; empty where there is
 // none.
 std::string stray_position(const Robot& robot, const Log& log) {
+  // times the size that 90 % of the samples keep; a choice: no motion does it, shifted digits do
   constexpr double far = 1e3;
-  constexpr double least = 1e-3;  // rad | m
+  constexpr double least = 1e-3;  // [rad | m] stands for the size of a joint at rest; a choice
   for (Index j = 0; j < log.q.cols(); ++j) {
     Vector sizes = log.q.col(j).cwiseAbs();
     Index at = 0;

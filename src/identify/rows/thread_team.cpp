@@ -12,6 +12,7 @@ namespace {
 // sleeping costs more than that; where it takes longer, the processor is left to others.
 template <typename T>
 void wait_while(const std::atomic<T>& value, T old) {
+  // pauses, tens of microseconds; a choice: a longer wait takes a processor from others
   constexpr int patience = 2000;
   for (int k = 0; k < patience; ++k) {
     if (value.load(std::memory_order_acquire) != old) {

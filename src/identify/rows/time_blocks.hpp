@@ -112,7 +112,7 @@ class TimeIntervals {
   [[nodiscard]] Index of(std::size_t log, Index sample) const { return of(sample, samples(log)); }
   // The same of intervals of so many samples.
   [[nodiscard]] static Index of(Index sample, double samples) {
-    constexpr double rounding = 1e-9;
+    constexpr double rounding = 1e-9;  // samples; above the rounding of the quotient, below a sample
     return static_cast<Index>(static_cast<double>(sample) / samples + rounding);
   }
 

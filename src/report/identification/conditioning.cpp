@@ -13,8 +13,9 @@ namespace {
 
 // Pairs of estimates with a strong correlation in words, the strongest first.
 std::string strong_pairs(const std::vector<ParameterEstimate>& parameters, const Matrix& correlations) {
+  // correlation that is named; a choice: leaves a parameter 44 % of its deviation, others known
   constexpr double strong = 0.9;
-  constexpr std::size_t most = 12;
+  constexpr std::size_t most = 12;  // pairs that are named; a choice
   struct Pair {
     std::string names;
     double r = 0.0;
@@ -41,7 +42,7 @@ std::string strong_pairs(const std::vector<ParameterEstimate>& parameters, const
 }  // namespace
 
 Section conditioning_section(const Identification& result) {
-  constexpr std::size_t few = 16;
+  constexpr std::size_t few = 16;  // rows of a table that is not folded; a choice
   const Vector& R = result.R_diagonal;
   const double largest = R.size() > 0 ? R.maxCoeff() : 0.0;
   // On a logarithmic scale: 1 for the largest, 0 for one that is zero to rounding.

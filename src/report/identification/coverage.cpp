@@ -62,7 +62,7 @@ Chart coverage_chart(const Evidence& evidence, std::size_t joint) {
 
 // The parameter that is excited most comes first.
 Table excitation_table(const Evidence& evidence) {
-  constexpr std::size_t few = 16;
+  constexpr std::size_t few = 16;        // rows of a table that is not folded; a choice
   constexpr double decades_below = 3.0;  // the residual, where bars begin
   const Vector shown = excitation(evidence.result, evidence.logs);
   const auto of = [&](std::size_t i) { return at(shown, i); };

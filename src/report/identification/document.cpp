@@ -113,7 +113,7 @@ Document verdict_of(const Identification& result) {
 
 // The joints at a glance.
 Table joints_table(const Robot& robot, const Identification& result) {
-  constexpr std::size_t most_logs = 3;
+  constexpr std::size_t most_logs = 3;  // of validation, a column each; a choice
   const std::size_t logs = std::min(most_logs, result.validation.size());
   Table out{{{"joint"}, {"fit", format::percent}}};
   for (std::size_t k = 0; k < logs; ++k) {
@@ -141,7 +141,7 @@ Table joints_table(const Robot& robot, const Identification& result) {
 
 // "weak: 35; not excited: MX6 and MZ6; --verbose lists all parameters".
 std::string parameters_in_words(const Identification& result) {
-  constexpr std::size_t most_names = 8;
+  constexpr std::size_t most_names = 8;  // of parameters in a line; a choice
   std::vector<std::string> unseen;
   for (const ParameterEstimate& p : result.parameters) {
     if (p.verdict == Verdict::not_excited) {
@@ -258,7 +258,7 @@ Document first_screen_of(const Robot& robot, const Identification& result) {
   std::vector<std::string> predictions = predictions_of(result);
   predictions.insert(predictions.begin(),
                      "torque error of the fit: " + percent(result.answer_fit().relative_error));
-  constexpr std::size_t most = 5;
+  constexpr std::size_t most = 5;  // predictions in a list; a choice
   if (predictions.size() > most) {
     predictions.resize(most);
   }

@@ -167,7 +167,7 @@ Table verdicts(const Parameters& parameters) {
 
 // What the data determine badly, and the motion that would help; folded where it is long.
 List advice(const Parameters& parameters) {
-  constexpr std::ptrdiff_t few = 10;
+  constexpr std::ptrdiff_t few = 10;  // items of a list that is not folded; a choice
   List out{"advice"};
   const auto weak = std::ranges::count(parameters, Verdict::weak, &ParameterEstimate::verdict);
   for (const ParameterEstimate& p : parameters) {

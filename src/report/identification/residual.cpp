@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "identify/figures/residual_shape.hpp"
+#include "normal_quantile.hpp"
 #include "report/identification/sections.hpp"
 #include "rivid/text.hpp"
 
@@ -14,8 +15,8 @@ using enum Shown;
 
 // p says whether a difference is seen at all, the shift whether it matters.
 std::string in_words(const HausmanTest& hausman) {
-  constexpr double significant = 0.05;
-  constexpr double small_shift = 1.0;
+  constexpr double significant = 0.05;  // level of the test: the usual 5 %
+  constexpr double small_shift = 1.0;   // standard deviations
   const std::string figures = " (Durbin-Wu-Hausman: p = " + number(hausman.test.p, 2) + ", largest shift " +
                               number_that_says(hausman.largest_shift, 2) + " sigma, of " + hausman.parameter +
                               ")";
@@ -68,7 +69,7 @@ Chart spectrum_chart(const JointFit& fit, const Spectrum& spectrum, const std::s
 // Over time and over position, of so many rows that the page does not wait for it.
 void add_spectra(const Evidence& evidence, std::size_t joint, const StackedRows& rows,
                  std::vector<Plot>& out) {
-  constexpr Index frequencies = 240;
+  constexpr Index frequencies = 240;     // points of a spectrum; a choice of drawing
   constexpr double most_orders = 128.0;  // cycles a turn, or over the whole way
   const Index most_rows = std::min<Index>(rows.residual.size(), 16'384);
   const Vector residual = rows.residual.head(most_rows);
@@ -119,9 +120,8 @@ Chart histogram_chart(const JointFit& fit, const ResidualShape& shape, std::size
 }
 
 Chart autocorrelation_chart(const JointFit& fit, const ResidualShape& shape, std::size_t joint) {
-  constexpr double quantile_975 = 1.96;
   const auto lags = std::ssize(shape.autocorrelation);
-  const double bound = quantile_975 / std::sqrt(static_cast<double>(shape.rows));
+  const double bound = normal_quantile_975 / std::sqrt(static_cast<double>(shape.rows));
   Chart out{.id = chart_id("residual-autocorrelation", joint),
             .title = "autocorrelation",
             .label = "Autocorrelation of the residual of " + fit.name,
