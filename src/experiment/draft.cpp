@@ -29,7 +29,8 @@ using detail::joined;
 using detail::RecognisedColumns;
 using Path = std::filesystem::path;
 
-// No log of a moving arm is slower than that; what seems to be has its time in a smaller unit [Hz].
+// No log of a moving arm is slower than that; what seems to be has its time in a smaller unit [Hz]. Below what
+// the check of a log accepts: a slow log is reported, and not taken for one in another unit.
 constexpr double slowest_rate = 5.0;
 
 // A basic string of TOML.

@@ -136,12 +136,19 @@ class JsonNode {
     out = json_.is_null() ? std::numeric_limits<double>::quiet_NaN() : number();
   }
   void read(std::integral auto& out) const {
+    using Integer = std::remove_reference_t<decltype(out)>;
+    constexpr double exact = 1e15;  // doubles hold all integers up to it
+    constexpr double least = std::max(-exact, static_cast<double>(std::numeric_limits<Integer>::min()));
+    constexpr double most = std::min(exact, static_cast<double>(std::numeric_limits<Integer>::max()));
     const double value = number();
-    constexpr double most = 1e15;  // doubles hold all integers up to it
-    if (value != std::floor(value) || std::abs(value) > most) {
+    if (value != std::floor(value)) {
       fail("must be a whole number");
     }
-    out = static_cast<std::remove_reference_t<decltype(out)>>(value);
+    if (value < least || value > most) {
+      fail("is " + rivid::number(value) + ", must be between " + rivid::number(least) + " and " +
+           rivid::number(most));
+    }
+    out = static_cast<Integer>(value);
   }
   void read(std::string& out) const { out = text(); }
   template <typename Value>

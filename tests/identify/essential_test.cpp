@@ -4,6 +4,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 
 #include "rivid/identify/identification.hpp"
 #include "rivid/solve/inference.hpp"
@@ -146,6 +147,38 @@ TEST_F(EssentialScara, KeepWhatTheMassMatrixNeeds) {
   const EssentialParameters found = essential(robot, base, truth, C, root, 1000.0, std::span(&q, 1));
   EXPECT_EQ(found.held, std::vector<std::string>{"Fv1"});
   EXPECT_EQ(found.kept, (std::vector<Index>{index("ZZ1R"), index("Fv1"), index("ZZ2")}));
+}
+
+// Of C = (RᵀR)⁻¹ the columns that are left have (R_kᵀ R_k)⁻¹, less than what they have among all.
+TEST_F(EssentialScara, HaveTheCovarianceOfTheirColumns) {
+  const Index Fv1 = index("Fv1");
+  const Index ZZ1R = index("ZZ1R");
+  Matrix root = 1e3 * Matrix::Identity(8, 8);
+  root(Fv1, Fv1) = 1.0;
+  root(ZZ1R, Fv1) = 300.0;
+  const Matrix inverse = root.inverse();
+  const Matrix all = inverse * inverse.transpose();
+  const Matrix q = Matrix::Zero(10, 2);
+  const EssentialParameters found = essential(robot, base, truth, all, root, 1000.0, std::span(&q, 1));
+  ASSERT_EQ(names(found), std::vector<std::string>{"Fv1"});
+  const Matrix columns = root(Eigen::all, found.kept);
+  Matrix C = Matrix::Zero(8, 8);
+  C(found.kept, found.kept) = Matrix((columns.transpose() * columns).inverse());
+  EXPECT_LT((found.C_chi - C).norm(), 1e-12 * C.norm());
+}
+
+// F = 3.5 of one is chance, p = 6 %; of two it is not, p = 3 %.
+TEST_F(EssentialScara, GoAsFarAsTheirLossTogetherIsChance) {
+  Matrix root = 1e6 * Matrix::Identity(8, 8);
+  for (const char* const name : {"Fv1", "Fv2"}) {
+    root(index(name), index(name)) = std::sqrt(3.5) / truth[index(name)];
+  }
+  const Matrix inverse = root.inverse();
+  const Matrix all = inverse * inverse.transpose();
+  const Matrix q = Matrix::Zero(10, 2);
+  const EssentialParameters found = essential(robot, base, truth, all, root, 1000.0, std::span(&q, 1));
+  ASSERT_EQ(found.eliminated.size(), 1U);
+  EXPECT_NEAR(found.eliminated[0].F, 3.5, 1e-9);
 }
 
 TEST_F(EssentialScara, RefuseASignificanceThatIsNone) {

@@ -49,6 +49,21 @@ TEST_F(PhysicalScara, HasTheTruthWithinItsIntervalsWithAWrongDescription) {
   expect_truth_in_the_intervals();
 }
 
+// Robust estimates leave no blocks of time out: there the pull of the description may cost one twentieth of the
+// squared residuals.
+TEST_F(PhysicalScara, LosesTheWeightOfAWrongDescriptionByItsPrice) {
+  for (Inertial& inertial : experiment_.robot.inertials) {
+    inertial *= 3.0;
+  }
+  experiment_.estimation.robust = Robust{};
+  experiment_.estimation.physical->weight = 1e4;
+  const Identification found = run(experiment_);
+  ASSERT_TRUE(found.physical);
+  EXPECT_LT(found.physical->options.weight, 1e4);
+  EXPECT_LE(found.physical->parameters.distance,
+            0.05 * static_cast<double>(found.fit.rows - found.chi.size()));
+}
+
 TEST_F(PhysicalScara, HasAPositiveDefiniteMassMatrixEverywhere) {
   for (const Physical::Prior prior : {Physical::Prior::log_det, Physical::Prior::ridge}) {
     experiment_.estimation.physical->prior = prior;
