@@ -41,7 +41,8 @@ Vector jackknife_variance(std::span<const BlockSums> blocks, const Matrix& bread
   left_out.colwise() -= left_out.rowwise().mean().eval();
   // A block draws the estimate towards itself: its influence is too small by one minus its leverage, and what
   // the estimate without it moves by too large by as much. With errors that last the larger one is the better
-  // one by far.
+  // one by far. Half-way between 1, unbiased for independent errors (HC2), and 2, the jackknife (HC3)
+  // [MacKinnon & White 1985].
   constexpr double of_left_out = 1.5;
   const auto count = static_cast<double>(G);
   return (count - 1.0) / count * left_out.rowwise().norm().array().pow(of_left_out) *
@@ -100,7 +101,8 @@ Uncertainty hac_covariance(std::span<const Matrix> series, double interval, cons
 }
 
 void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Uncertainty& uncertainty) {
-  // Degrees of freedom that the ratio of all parameters counts beside those of one.
+  // Degrees of freedom that the ratio of all parameters counts beside those of one: as many as the ten blocks
+  // of a single log have, where both count alike. More blocks know more of each parameter by itself.
   constexpr double common = 9.0;
   // By which deviations shrink at most.
   constexpr double least = 0.5;
@@ -124,9 +126,10 @@ void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Unc
     return;
   }
   std::ranges::sort(ratios);
-  // The median of a mean of nine squares is 0.927 of its mean.
-  const double all = std::max(ratios[ratios.size() / 2] / 0.927, least * least);
   const auto freedom = static_cast<double>(G - 1);
+  // Of a mean of so many squares, relative to its expectation [Wilson & Hilferty 1931]: 0.93 of nine.
+  const double median = std::pow(1.0 - 2.0 / (9.0 * freedom), 3);
+  const double all = std::max(ratios[ratios.size() / 2] / median, least * least);
   Vector scale = Vector::Ones(variance.size());
   for (Index i = 0; i < scale.size(); ++i) {
     if (usable(i)) {

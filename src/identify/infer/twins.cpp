@@ -168,7 +168,8 @@ struct WaldTest {
     const Matrix S = A * uncertainty.C * A.transpose();
     const Vector scale = S.diagonal().cwiseSqrt().cwiseInverse();
     const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * S * scale.asDiagonal());
-    const Vector along = eigen.vectors.transpose() * scale.cwiseProduct(A * chi);
+    const Vector scaled = scale.cwiseProduct(A * chi);
+    const Vector along = eigen.vectors.transpose() * scaled;
     Vector solved = Vector::Zero(along.size());
     // of the largest eigenvalue; below it a direction has no variance but for rounding
     constexpr double least = 1e-10;
