@@ -17,8 +17,8 @@ namespace rivid {
 
 namespace {
 
-constexpr std::size_t longest_quote = 40;  // characters; a choice: fits a line of a message
-constexpr std::size_t longest_list = 60;   // characters; a choice: fits a line of a message
+constexpr std::size_t longest_quote = 40;  // bytes of UTF-8; a choice: fits a line of a message
+constexpr std::size_t longest_list = 60;   // names; a choice: further ones are counted
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 

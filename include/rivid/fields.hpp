@@ -150,7 +150,7 @@ namespace detail {
 
 // Whole numbers with all their digits.
 [[nodiscard]] inline std::string in_digits(double value) {
-  constexpr double exactly = 1e15;  // below it long long is exact, and no exponent is worth it
+  constexpr double exactly = 1e15;  // doubles hold all integers below it
   return std::abs(value) < exactly && value == std::floor(value)
              ? std::to_string(static_cast<long long>(value))
              : rivid::number(value);

@@ -39,7 +39,7 @@ constexpr double told_loss = 1.0;
 constexpr double reserve = 2e-4;
 // Of a motion, as it is played.
 constexpr double most_samples = 1e6;
-// for each sample, 1600 in a period of the highest harmonic: between them a sine rises by 2e-6
+// for each sample: 1600 in a period of the highest harmonic by default, between which a sine rises by 2e-6
 constexpr Index denser = 40;
 constexpr int poses = 500;  // random ones, then as many near the best one; a choice
 constexpr int draws = 20;   // random motions from a pose; a choice
@@ -236,7 +236,7 @@ Vector Designer::pose_at_rest(DenseCheck& check, std::mt19937_64& random) const 
 
 // A random motion about the pose, as large as the limits allow.
 Vector Designer::random_motion(Problem& problem, const Vector& rest, std::mt19937_64& random) const {
-  constexpr int shrinkings = 60;  // 0.8^60 is 1.5e-6: then a motion stands
+  constexpr int shrinkings = 60;  // the last is 0.8^59 = 2e-6: then a motion stands
   constexpr double factor = 0.8;  // each; a choice: the largest motion that fits is met to a fifth
   std::normal_distribution<double> normal;
   Vector worst;
@@ -314,7 +314,7 @@ Designer::Found Designer::search(std::uint64_t seed) {
 // come to one.
 std::optional<Vector> within_limits(Problem& problem, Vector z) {
   constexpr int steps = 20;          // of Newton; a choice that ends what does not come near
-  constexpr double smallest = 1e-2;  // part of a step, a hundredth as said above
+  constexpr double smallest = 1e-2;  // part of a step, below which it is not halved again
   // [parts of a limit] limits that a step would soon reach are kept as well
   constexpr double inner = 0.5 * reserve;
   Vector gradient;
@@ -432,7 +432,7 @@ Vector Designer::drawn_peaks(const Curve& curve, const Vector& z) const {
 
 // Takes as much from the torques that the motion may use as drawn robots need beyond their limits.
 void Designer::leave_room(Found& best) {
-  constexpr int rounds = 6;  // a choice: each takes a polishing
+  constexpr int rounds = 6;  // a choice: each takes two polishings
   // of the torque, beyond what drawn robots lack; a choice that spares a round
   constexpr double little = 5e-3;
   const Vector whole = task_.bounds.torque / options_.limits.torque_share;

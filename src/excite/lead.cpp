@@ -52,7 +52,7 @@ std::string too_near(const Task& task, const Line& line) {
 // Seconds of the shortest move within the limits, or what is against any.
 double seconds_of(const Task& task, const Matrix& via, double rate_hz, double more,
                   const std::function<bool(const Curve&)>& suits, std::string& fault) {
-  // 1.1^40 is 45 times the duration of the fastest; what fails there is no matter of speed
+  // The last is 1.1^39 = 41 times the duration of the fastest; what fails there is no matter of speed.
   constexpr int rounds = 40;
   constexpr double slower = 1.1;  // each round; a choice: a move is at most 10 % longer than need be
   // of the duration: rounding must not exceed a limit that the fastest move reaches

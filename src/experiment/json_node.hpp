@@ -145,8 +145,7 @@ class JsonNode {
       fail("must be a whole number");
     }
     if (value < least || value > most) {
-      fail("is " + rivid::number(value) + ", must be between " + rivid::number(least) + " and " +
-           rivid::number(most));
+      fail("is " + in_digits(value) + ", must be between " + in_digits(least) + " and " + in_digits(most));
     }
     out = static_cast<Integer>(value);
   }

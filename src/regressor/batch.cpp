@@ -234,7 +234,7 @@ BatchWorkspace::BatchWorkspace(const RegressorBatch& batch)
 namespace {
 
 Index rows_for_the_cache(const RegressorBatch& batch) {
-  // [bytes] of the second level that rows may fill; a choice: processors have as much and more
+  // [bytes] of the second-level cache that rows may fill; a choice
   constexpr Index cache = Index{512} * 1024;
   Index width = 1;
   for (std::size_t i = 0; i < batch.joints(); ++i) {

@@ -123,6 +123,7 @@ Table joints_at_a_glance(const Forecast& forecast) {
 Skeleton::Trace outline(const Box& box) {
   constexpr std::array<std::array<int, 3>, 8> corners = {
       {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
+  // numbers of corners, edges twice where need be
   constexpr std::array<std::size_t, 16> stroke = {0, 1, 2, 3, 0, 4, 5, 1, 5, 6, 2, 6, 7, 3, 7, 4};
   Skeleton::Trace out{box.name, "obstacle", {}};
   for (const std::size_t corner : stroke) {

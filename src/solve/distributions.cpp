@@ -16,7 +16,7 @@ constexpr double most_freedom = 1e12;
 bool usable(double freedom) { return freedom > 0.0 && freedom <= most_freedom; }
 // Stands for a zero in a continued fraction, after Lentz.
 constexpr double tiny = 1e-300;
-// of a continued fraction; a choice that ends any
+// of a continued fraction or a series; a choice that ends any
 constexpr int most_terms = 10'000;
 
 // A continued fraction b_0 + a_1 / (b_1 + a_2 / (b_2 + …)), by Lentz's method; term(k) gives a_k and b_k from

@@ -168,7 +168,7 @@ class Tridiagonal {
 // Largest eigenvalue of A Aᵀ by Lanczos' method, to eight digits at least: some twenty products in place of a
 // factorisation. Vectors that lose their orthogonality on the way only repeat eigenvalues.
 double largest_eigenvalue(const Matrix& A) {
-  // relative change between two looks that ends it: the eight digits said above
+  // bound of the eigenvalue's error, relative, that ends it: the eight digits said above
   constexpr double digits = 1e-8;
   // a choice: a look, by bisection, costs about as much as some products
   constexpr std::size_t steps_between_looks = 4;

@@ -56,7 +56,7 @@ Index bartlett_lag(std::span<const Matrix> series) {
     return 0;
   }
   require_equal_columns(series, "bartlett_lag");
-  // bound of ρ, as in [Andrews & Monahan 1992]: nearer to 1 the lag has no bound
+  // bound of ρ, the 0.97 of [Andrews & Monahan 1992]: at 1 the lag is infinite
   constexpr double most_correlated = 0.97;
   Index instants = 0;
   double numerator = 0.0;

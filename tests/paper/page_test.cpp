@@ -64,8 +64,18 @@ TEST(PageOfThePaper, HasTheMeansOfTheStudy) {
   std::stringstream page;
   page << std::ifstream(path).rdbuf();
   std::string text = page.str();
+  // Columns of the page.
+  constexpr std::array<const char*, 8> names = {"ZZ1R", "Fv1", "Fc1", "ZZ2", "MX2", "MY2", "Fv2", "Fc2"};
   for (const MonteCarloSummary& trial : summaries(plan, rows)) {
     EXPECT_EQ(trial.identified, plan.runs) << trial.label;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      EXPECT_EQ(trial.parameters.at(i).name, names[i]);
+    }
+    if (trial.label.starts_with("Table 2")) {
+      EXPECT_EQ(trial.most_iterations, 2);
+    } else if (trial.label.starts_with("Table 3")) {
+      EXPECT_LE(trial.most_iterations, 4);
+    }
     const std::size_t begin = text.find("| " + trial.label + " |");
     ASSERT_NE(begin, std::string::npos) << trial.label;
     const std::size_t end = text.find('\n', begin);

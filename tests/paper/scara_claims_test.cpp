@@ -31,7 +31,7 @@ struct Claims : public ::testing::Test, public ScaraStudy {
   }
 };
 
-// Section 4.3 says that W from the reference trajectory is as good; where a joint lags its reference it is not.
+// Section 4.3: W from the reference trajectory leads to a bad identification.
 TEST_F(Claims, ARegressorOfTheReferenceMissesTheInertia) {
   for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
     Log log = this->log(S2, seed);
@@ -41,7 +41,7 @@ TEST_F(Claims, ARegressorOfTheReferenceMissesTheInertia) {
 }
 
 // Table 5 has MX2 five times too large.
-TEST_F(Claims, NoiseMakesRawLeastSquaresTooSmallAndNeverTooLarge) {
+TEST_F(Claims, RawLeastSquaresNeverMakesMX2MuchTooLarge) {
   Matrix others(5, 2);
   others << 0, 0, -2, 2.5, 1.5, 3, 2.5, -3, 0, 0;
   const PointToPointReference motions[] = {

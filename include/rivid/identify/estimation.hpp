@@ -102,7 +102,7 @@ struct Iv {
   /// amplify what is wrong.
   bool prefilter = false;
   int prefilter_order = 0;  ///< of the noise models; 0: by BIC, at most most_prefilter_order
-  static constexpr int most_prefilter_order = 30;  // a choice: each order takes a column for each parameter
+  static constexpr int most_prefilter_order = 30;  // a choice: each order takes a column of lagged residuals
 
   SimulationOptions simulation =
       {};  ///< tolerances, integrator and budgets; its sampling and samples are not used

@@ -821,7 +821,7 @@ void PayloadEstimator<Scalar>::add_inertia(const Ten& body, OnlinePayload<Scalar
   Eigen::Matrix3<Scalar> I;
   I << body[0], body[1], body[2], body[1], body[3], body[4], body[2], body[4], body[5];
   Eigen::Vector3<Scalar> sigma;
-  constexpr std::array<Index, 3> moments = {0, 3, 5};
+  constexpr std::array<Index, 3> moments = {0, 3, 5};  // places of Ixx, Iyy, Izz
   for (Index k = 0; k < 3; ++k) {
     // Ixx about the centre of mass: XX − m (c_y² + c_z²), in the first moments.
     Ten slope = Ten::Zero();

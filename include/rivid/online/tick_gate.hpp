@@ -119,7 +119,7 @@ class TickGate {
   static constexpr double usual_torques = 12.0;    // the same; a choice: torques are rougher
   static constexpr double moving_sizes = 4.0;      // of the noise, in a tick
   static constexpr double jump = 4.0;  // limits of a glitch by which positions that have jumped are away
-  static constexpr Index enough = 50;  // ticks after which these are known
+  static constexpr Index enough = 50;  // ticks after which usual sizes are known
 
   void begin(double t, const Values& q, const Values& tau) noexcept {
     clock_ = {.t = t, .jitter = clock_.jitter, .known = 1, .learned = clock_.learned};

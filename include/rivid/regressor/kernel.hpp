@@ -67,7 +67,7 @@ inline constexpr unsigned usual_mask = 0xf7U;
   return ((static_cast<int>(turn) * 8 + static_cast<int>(offsets)) * 2 + (revolute ? 1 : 0)) * 2 +
          (usual ? 1 : 0);
 }
-inline constexpr int step_count = 5 * 8 * 2 * 2;  // turns × offsets × types × masks, as above
+inline constexpr int step_count = 5 * 8 * 2 * 2;  // turns × offsets × types × masks
 
 // State of a link on which several hang.
 template <typename Scalar>

@@ -70,7 +70,7 @@ using DynamicsPlanOf = BasicDynamicsPlan<typename InertiaOf<Scalar>::Number>;
   return static_cast<int>(turn) * 8 + static_cast<int>(offsets);
 }
 inline constexpr int revolute_step = 40;   // 5 turns × 8 offsets come before it
-inline constexpr int prismatic_step = 41;  // the next one
+inline constexpr int prismatic_step = 41;  // of any prismatic joint
 
 // Table of wrenches, one column each, stored by component: fx fy fz nx ny nz. Column r is that of joint n − 1
 // − r: what its unit acceleration asks of the frame at hand. M is stored from the tip on as well: row r
@@ -84,9 +84,9 @@ inline constexpr int prismatic_step = 41;  // the next one
 
 // Distance from 1 to the next number.
 template <typename Scalar>
-inline constexpr double rounding_unit = 0x1p-52;  // of a double
+inline constexpr double rounding_unit = 0x1p-52;  // of all but float
 template <>
-inline constexpr double rounding_unit<float> = 0x1p-23;
+inline constexpr double rounding_unit<float> = 0x1p-23;  // of float
 
 template <typename Scalar>
 struct Wrench {

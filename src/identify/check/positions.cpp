@@ -83,7 +83,7 @@ constexpr double like_a_unit = 0.4;  // of log(factor / unit): from 1/1.5 to 1.5
 // Search for delays of the motion behind its reference [s].
 constexpr double longest_lead = 0.5;
 constexpr double longest_delay = 5.0;
-// of a log, evenly over it; a choice that bounds the time of the search
+// of a log, evenly over it, up to twice as many; a choice that bounds the time of the search
 constexpr Index compared_samples = 600;
 // Correlation of a motion with the reference of another joint that shows them exchanged, and below which it
 // has nothing to do with its own.
@@ -135,9 +135,8 @@ Following following(const Eigen::Ref<const Vector>& motion, const Eigen::Ref<con
 double suitable_cutoff(const Log& log) {
   // Filters that take no more away than noise, or a thousandth of the motion; with room for what
   // accelerations need.
-  // [Hz] lowest cut-off that is tried; a choice: no motion of an arm is as slow
-  constexpr double first_hz = 0.2;
-  constexpr double step = 1.4;  // from one cut-off to the next; a choice
+  constexpr double first_hz = 0.2;  // [Hz] lowest cut-off that is tried; a choice
+  constexpr double step = 1.4;      // from one cut-off to the next; a choice
   constexpr double small_part = 1e-3;
   constexpr double small_sigmas = 3.0;
   constexpr double room = 4.0;

@@ -37,7 +37,7 @@ constexpr double most_turns = 8.0 * 2.0 * std::numbers::pi;
 constexpr double longest_slide = 20.0;
 // Largest motion of any joint that makes degrees out of radians likely [rad].
 constexpr double smallest_motion = 0.12;
-// times the limit; a choice: drives exceed their limits a little, wrong units by 57 and more
+// times the limit, as an rms; a choice: drives exceed their limits a little, wrong units by 57 and more
 constexpr double beyond_velocity = 3.0;
 // times the limit, as an rms; a choice: torques stay below 1, thousandths of a unit exceed it by far
 constexpr double beyond_effort = 5.0;

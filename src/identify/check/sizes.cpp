@@ -136,7 +136,7 @@ double friction_size(const Robot& robot, const Vector& x) {
 
 // Minimum-norm solution in columns of norm 1.
 Vector solved(const StreamingQr& qr) {
-  // of the largest singular value; a choice: directions below it are not seen beside noise
+  // of the largest pivot; a choice: smaller ones count as zero
   constexpr double independent = 1e-6;
   const Matrix R = qr.R();
   Vector norms = R.colwise().norm();

@@ -12,7 +12,7 @@ namespace rivid::detail {
 
 namespace {
 
-constexpr Index fewest_samples = 50;  // while the joint moves, 5 for each of blocks_of_log
+constexpr Index fewest_samples = 50;  // while the joint moves: 5 on average for each of blocks_of_log
 // Blocks of time of each log, between which errors count as independent.
 constexpr Index blocks_of_log = 10;
 // Currents that the torques explain no better than that are of something else.

@@ -240,7 +240,7 @@ bool only_torques(std::string_view code) {
 // Signs of a torque and of its position are hard to distinguish where a joint hardly feels the others.
 std::string rival(const TorqueProbe& probe, const OtherReading& best, const ProbeScore& score,
                   const Reading& before) {
-  // factor of what is left (squared); a choice: the other sign is named from there on
+  // factor of what is left (squared); a choice: the other sign is named up to it
   constexpr double nearly_as_well = 1.5;
   const bool torque = best.code == "torque_sign";
   if ((!torque && best.code != "position_sign") || best.subject == "all joints") {

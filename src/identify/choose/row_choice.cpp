@@ -68,6 +68,7 @@ constexpr double odds_of_torque = 0.5;
 
 // 1, 2, 3, …, then in steps of some 20 %, in numbers that people like.
 std::vector<int> windows(Index most) {
+  // steps of some 20 %, round numbers
   constexpr std::array<int, 12> decade = {10, 12, 15, 18, 20, 25, 30, 40, 50, 60, 70, 80};
   std::vector<int> out = {1, 2, 3, 4, 5, 6, 7, 8};
   for (int scale = 1; scale <= 1'000'000; scale *= 10) {

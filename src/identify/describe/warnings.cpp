@@ -93,8 +93,7 @@ void find_predictions(const Identification& result, Findings& out) {
   constexpr double good = 1e-3;
   // No gain of a drive is known better: it is worse than it could be, and not useless.
   constexpr double usable = 0.01;
-  // A joint whose torque is below this part of the largest one of its unit carries none that counts; and noise
-  // of a torque is in the fit as well.
+  // A joint whose torque is below this part of the largest one of its unit carries none that counts.
   constexpr double counting = 0.01;
   // factor of the residual of the fit; a choice: noise of the torque is in both
   constexpr double worse = 2.0;

@@ -126,10 +126,11 @@ void scale_to_blocks(std::span<const BlockSums> blocks, const Matrix& bread, Unc
     return;
   }
   std::ranges::sort(ratios);
+  const double middle = 0.5 * (ratios[(ratios.size() - 1) / 2] + ratios[ratios.size() / 2]);
   const auto freedom = static_cast<double>(G - 1);
   // Of a mean of so many squares, relative to its expectation [Wilson & Hilferty 1931]: 0.93 of nine.
   const double median = std::pow(1.0 - 2.0 / (9.0 * freedom), 3);
-  const double all = std::max(ratios[ratios.size() / 2] / median, least * least);
+  const double all = std::max(middle / median, least * least);
   Vector scale = Vector::Ones(variance.size());
   for (Index i = 0; i < scale.size(); ++i) {
     if (usable(i)) {
