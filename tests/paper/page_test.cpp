@@ -13,6 +13,7 @@
 #include <numeric>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "rivid/experiment/monte_carlo.hpp"
@@ -22,11 +23,11 @@ namespace {
 using rivid::MonteCarloParameter;
 using rivid::MonteCarloSummary;
 
-// "3.4434 ± 0.0025", the deviation with two digits.
+// "3.4434±0.0025", the deviation with two digits.
 std::string cell(double value, double sigma) {
   std::ostringstream out;
   const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(sigma))));
-  out << std::fixed << std::setprecision(decimals) << value << " ± " << sigma;
+  out << std::fixed << std::setprecision(decimals) << value << "±" << sigma;
   return out.str();
 }
 
@@ -43,10 +44,10 @@ std::vector<std::array<double, 2>> numbers(const std::string& line) {
   std::vector<std::array<double, 2>> out;
   std::istringstream cells(line.substr(line.find('|', 1) + 1));
   for (std::string text; std::getline(cells, text, '|');) {
-    std::istringstream in(text);
     std::array<double, 2> read = {};
-    std::string sign;
-    if (in >> read[0] >> sign >> read[1]) {
+    const std::size_t sign = text.find("±");
+    if (sign != std::string::npos) {
+      read = {std::stod(text), std::stod(text.substr(sign + std::string_view("±").size()))};
       out.push_back(read);
     }
   }
