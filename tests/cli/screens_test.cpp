@@ -74,7 +74,7 @@ TEST_F(Screens, OfTheHelpOfEachCommand) {
       ++commands;
     }
   }
-  EXPECT_EQ(commands, 19);
+  EXPECT_EQ(commands, 18);
 }
 
 TEST_F(Screens, OfADoubtfulResult) {

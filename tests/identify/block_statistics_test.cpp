@@ -46,7 +46,9 @@ TEST(ScaleToBlocks, TakesTheJackknifeOfAllParametersAndOfEach) {
   const Matrix before = means.uncertainty.C;
   const Vector ratio = means.variances() / 1e-4;
   // In the order of the parameters 1, 4 and 1.8 times a common factor: the third one is the median.
-  const double all = ratio[2] / 0.927;
+  const double median = std::pow(1.0 - 2.0 / 81.0, 3);
+  EXPECT_NEAR(median, 0.926981, 1e-3);  // of χ² with nine degrees of freedom over nine, by SciPy
+  const double all = ratio[2] / median;
   scale_to_blocks(means.blocks, means.bread, means.uncertainty);
   for (Index i = 0; i < parameters; ++i) {
     for (Index k = 0; k < parameters; ++k) {
@@ -62,6 +64,20 @@ TEST(ScaleToBlocks, TakesTheJackknifeOfAllParametersAndOfEach) {
   EXPECT_EQ(means.uncertainty.report.blocks, G);
   EXPECT_NEAR(means.uncertainty.report.block_ratio, std::sqrt(all), 1e2 * tolerance);
   EXPECT_DOUBLE_EQ(means.uncertainty.report.quantile_975, student_quantile_975(9.0 + G - 1.0));
+}
+
+// Of two parameters the ratio lies between both.
+TEST(ScaleToBlocks, TakesTheMiddleOfAnEvenNumber) {
+  Means means;
+  const Vector ratio = means.variances() / 1e-4;
+  std::vector<BlockSums> two;
+  for (const BlockSums& block : means.blocks) {
+    two.push_back({block.ZW.topLeftCorner(2, 2), block.Z_rho.head(2)});
+  }
+  means.uncertainty.C = Matrix(means.uncertainty.C.topLeftCorner(2, 2));
+  scale_to_blocks(two, means.bread.topLeftCorner(2, 2), means.uncertainty);
+  const double all = 0.5 * (ratio[0] + ratio[1]) / std::pow(1.0 - 2.0 / 81.0, 3);
+  EXPECT_NEAR(means.uncertainty.report.block_ratio, std::sqrt(all), 1e2 * tolerance);
 }
 
 TEST(ScaleToBlocks, KeepsAWiderQuantile) {
