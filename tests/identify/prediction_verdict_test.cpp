@@ -125,6 +125,23 @@ TEST_F(PredictionVerdict, ReferenceErrorDoesNotDependOnTheWindow) {
               wide.reference_error, 0.05 * wide.reference_error);
 }
 
+TEST_F(PredictionVerdict, ReferenceErrorIsThatOfThePapersRows) {
+  const std::vector<Log> two = {log(1.0, 3), log(2.0, 4)};
+  const Identification found = identify(robot, two, {.method = Wls{}});
+  double errors = 0.0;
+  double torques = 0.0;
+  for (const Log& one : two) {
+    // Of 200 Hz every fourth.
+    const Rows rows =
+        rivid::rows(robot, base, one, {.rows = RowScheme::paper, .cutoff_hz = 10.0, .decimation = {4}});
+    Vector Y(rows.W.rows());
+    Y << rows.Y[0], rows.Y[1];
+    errors += (Y - rows.W.dense() * found.chi).squaredNorm();
+    torques += Y.squaredNorm();
+  }
+  EXPECT_NEAR(found.fit.reference_error, std::sqrt(errors / torques), 1e-9 * found.fit.reference_error);
+}
+
 // Neighbouring windows of a log that friction of another kind moves by more than chance are within the intervals.
 TEST_F(PredictionVerdict, WhatNeighbouringWindowsSayIsInTheInterval) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {

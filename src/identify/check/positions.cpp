@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "identify/check/checks.hpp"
 #include "identify/rows/exact_rows.hpp"
@@ -36,17 +38,19 @@ Vector averaged(const Eigen::Ref<const Vector>& x, const Vector& window, Index s
   return out;
 }
 
+// Of each joint.
+//
 // n_d  of the window that a decimation averages accelerations by, 1 for none
-Effect effect(const Log& log, Index joint, double cutoff_hz, int order, Index n_d = 1) {
-  const Matrix q = log.q.col(joint);
+std::vector<Effect> effects(const Log& log, double cutoff_hz, int order, Index n_d = 1) {
+  std::vector<Effect> out(static_cast<std::size_t>(log.q.cols()));
   const Vector window = decimation_window(n_d);
-  Matrix filtered = q;
+  Matrix filtered = log.q;
   Index border = 2;
   Matrix impulse = Matrix::Zero(2 * window.size() + 9, 1);
   if (cutoff_hz > 0.0) {
     const Filter filter = butterworth(order, cutoff_hz, log.f_m);
-    filtered = zero_phase(q, filter);
-    const Index settling = std::min(settling_samples(filter), q.rows() / 4);
+    filtered = zero_phase(log.q, filter);
+    const Index settling = std::min(settling_samples(filter), log.samples() / 4);
     border += settling;
     impulse = Matrix::Zero(impulse.rows() + 2 * (border + settling), 1);
     impulse(impulse.rows() / 2, 0) = 1.0;
@@ -54,16 +58,23 @@ Effect effect(const Log& log, Index joint, double cutoff_hz, int order, Index n_
   } else {
     impulse(impulse.rows() / 2, 0) = 1.0;
   }
-  const Index count = q.rows() - 2 * border;
+  const Index count = log.samples() - 2 * border;
   if (count < window.size()) {
-    return {};
+    return out;
   }
-  const Matrix qdd = differentiate(filtered, log.f_m).qdd;
-  const double acceleration = rms(averaged(qdd.col(0).segment(border, count), window, n_d));
   const double gain = averaged(differentiate(impulse, log.f_m).qdd.col(0), window, 1).norm();
-  const double noise = gain * noise_level(log.q.col(joint));
-  return {.lost = rms((q - filtered).col(0).segment(border, count)),
-          .acceleration_noise = acceleration > 0.0 ? noise / acceleration : 0.0};
+  for (Index j = 0; j < log.q.cols(); ++j) {
+    if (stands_still(log.q.col(j))) {
+      continue;
+    }
+    const Matrix qdd = differentiate(filtered.col(j), log.f_m).qdd;
+    const double acceleration = rms(averaged(qdd.col(0).segment(border, count), window, n_d));
+    const double noise = gain * noise_level(log.q.col(j));
+    out[static_cast<std::size_t>(j)] = {
+        .lost = rms((log.q.col(j) - filtered.col(j)).segment(border, count)),
+        .acceleration_noise = acceleration > 0.0 ? noise / acceleration : 0.0};
+  }
+  return out;
 }
 
 // Stride of the windows that average exact rows; the decimation of the others is left to its own filter.
@@ -141,16 +152,17 @@ double suitable_cutoff(const Log& log) {
   constexpr double small_sigmas = 3.0;
   constexpr double room = 4.0;
   const double highest = 0.2 * log.f_m;
-  double cutoff_hz = first_hz;
+  Vector allowed(log.q.cols());
   for (Index j = 0; j < log.q.cols(); ++j) {
-    if (stands_still(log.q.col(j))) {
-      continue;
-    }
-    const double allowed =
-        std::max(small_sigmas * noise_level(log.q.col(j)), small_part * rms(centred(log.q.col(j))));
-    while (cutoff_hz < highest && effect(log, j, cutoff_hz, 4).lost > allowed) {
-      cutoff_hz *= step;
-    }
+    allowed[j] = std::max(small_sigmas * noise_level(log.q.col(j)), small_part * rms(centred(log.q.col(j))));
+  }
+  const auto takes_too_much = [&](double cutoff_hz) {
+    const std::vector<Effect> found = effects(log, cutoff_hz, 4);
+    return std::ranges::mismatch(found, allowed, std::less_equal<>(), &Effect::lost).in1 != found.end();
+  };
+  double cutoff_hz = first_hz;
+  while (cutoff_hz < highest && takes_too_much(cutoff_hz)) {
+    cutoff_hz *= step;
   }
   return std::min(room * cutoff_hz, highest);
 }
@@ -167,11 +179,12 @@ void check_cutoff(const Robot& robot, std::span<const Log> logs, const Log& log,
   const auto other_cutoff = [&]() -> std::vector<Change> {
     return {{.key = "signal.cutoff_hz", .numbers = {suitable_cutoff(log)}}};
   };
+  const std::vector<Effect> all = effects(log, signal.cutoff_hz, signal.order, window_stride(signal));
   for (Index j = 0; j < robot.size(); ++j) {
     if (stands_still(log.q.col(j))) {
       continue;
     }
-    const Effect found = effect(log, j, signal.cutoff_hz, signal.order, window_stride(signal));
+    const Effect& found = all[static_cast<std::size_t>(j)];
     const double share = found.lost / rms(centred(log.q.col(j)));
     if (share > lost_share && found.lost > lost_sigmas * noise_level(log.q.col(j))) {
       out.add(share > lost_much ? "cutoff_low" : "cutoff_lowish", place(robot, logs, log, j),

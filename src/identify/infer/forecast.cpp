@@ -1,14 +1,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
+#include <utility>
 
 #include "identify/infer/infer.hpp"
 #include "identify/infer/noise_bias.hpp"
-#include "identify/rows/factors.hpp"
+#include "identify/rows/row_source.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/batch.hpp"
 #include "rivid/regressor/load.hpp"
+#include "rivid/signal/decimate.hpp"
 
 namespace rivid::detail {
 
@@ -93,30 +96,71 @@ TorqueForecast expected_error(const Robot& robot, const BaseParameters& base, st
   return expected_error(rows, C, fit);
 }
 
+namespace {
+
+// Sums of squares of what a model leaves of a joint's torques, and of these, decimated alike. Decimation is linear:
+// that of two series is that of all columns of W.
+class ErrorSink final : public BufferedSink {
+ public:
+  ErrorSink(Vector chi, int n_d) : BufferedSink(chi.size() + 1), chi_(std::move(chi)) {
+    if (n_d > 1) {
+      decimator_.emplace(2, n_d);
+    }
+  }
+
+  void commit(std::span<const Index> samples) override {
+    const Index count = std::ssize(samples);
+    const auto Y = rows_.col(chi_.size()).head(count);
+    Matrix both(count, 2);
+    both << Y - rows_.topLeftCorner(count, chi_.size()) * chi_, Y;
+    add(decimator_ ? decimator_->add(both) : both);
+  }
+  // Of the error and of the torque, once all rows are there.
+  [[nodiscard]] Eigen::Array2d squares() {
+    if (decimator_) {
+      add(decimator_->finish());
+    }
+    return squares_;
+  }
+
+ private:
+  void add(const Matrix& rows) { squares_ += rows.colwise().squaredNorm().transpose().array(); }
+
+  Vector chi_;
+  std::optional<StreamingDecimator> decimator_;
+  Eigen::Array2d squares_ = {0.0, 0.0};
+};
+
+}  // namespace
+
 double reference_error(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
                        const Vector& chi, ThreadTeam& team) {
   constexpr double cutoff_hz = 10.0;  // a choice: above the motion of arms, below most noise of accelerations
   constexpr double rows_hz = 50.0;    // five times the cut-off; a choice
   constexpr double of_rate = 0.2;     // at most
-  std::vector<SignalOptions> signals;
-  for (const Log& log : logs) {
-    const int n_d = std::max(static_cast<int>(std::lround(log.f_m / rows_hz)), 1);
-    SignalOptions& own = signals.emplace_back();
-    own.rows = RowScheme::paper;
-    own.cutoff_hz = std::min(cutoff_hz, of_rate * log.f_m);
-    own.decimation = n_d > 1 ? std::vector<int>{n_d} : std::vector<int>();
-  }
   if (!chi.allFinite()) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   const BaseParameters torques = has_load(robot) ? at_load(base, chi) : base;
+  Eigen::Array2d squares = {0.0, 0.0};
   try {
-    const RowFactors data = all_factors(robot, torques, logs, signals, team, {});
-    const Residual all = residual(data.groups, chi, std::vector<double>(data.groups.size(), 1.0));
-    return all.norm / all.y_norm;
+    for (const Log& log : logs) {
+      SignalOptions signal;
+      signal.rows = RowScheme::paper;
+      signal.cutoff_hz = std::min(cutoff_hz, of_rate * log.f_m);
+      RowSource rows(robot, torques, log, signal, team);
+      const int n_d = static_cast<int>(std::lround(log.f_m / rows_hz));
+      JointSinks<ErrorSink> sinks(rows.joints(),
+                                  [&](std::size_t j) { return ErrorSink(chi(rows.columns(j)), n_d); });
+      rows.send(sinks.sinks());
+      for (std::size_t j = 0; j < rows.joints(); ++j) {
+        squares += sinks[j].squares();
+      }
+    }
   } catch (const InputError&) {
     return std::numeric_limits<double>::quiet_NaN();  // too short for the filter
   }
+  return std::sqrt(squares[0] / squares[1]);
 }
 
 }  // namespace rivid::detail
