@@ -134,9 +134,10 @@ TEST_F(PredictionVerdict, ReferenceErrorIsThatOfThePapersRows) {
     // Of 200 Hz every fourth.
     const Rows rows =
         rivid::rows(robot, base, one, {.rows = RowScheme::paper, .cutoff_hz = 10.0, .decimation = {4}});
-    Vector Y(rows.W.rows());
+    const Matrix W = rows.W.dense();
+    Vector Y(W.rows());
     Y << rows.Y[0], rows.Y[1];
-    errors += (Y - rows.W.dense() * found.chi).squaredNorm();
+    errors += (Y - W * found.chi).squaredNorm();
     torques += Y.squaredNorm();
   }
   EXPECT_NEAR(found.fit.reference_error, std::sqrt(errors / torques), 1e-9 * found.fit.reference_error);
