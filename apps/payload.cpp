@@ -134,7 +134,7 @@ Carried carried(const std::string& text) {
 // Puts the rows of a log with the payload and those without it to the logs of their kind. A gripper takes a
 // while to close: what is within half a second of the time given goes to neither.
 void divide(const Log& log, const Carried& by, std::vector<Log>& with, std::vector<Log>& without) {
-  constexpr double closing = 0.5;  // [s] as said above; a choice
+  constexpr double closing = 0.5;  // [s] left out at both ends of a grasp; a choice
   const auto rows_before = [&](double time) {
     return static_cast<Index>(std::ranges::lower_bound(log.t, time) - log.t.begin());
   };
