@@ -35,8 +35,7 @@ inline ScanPlace scan_place(const Robot& robot, const StandardParameter& p) {
   // By the axes of frame j, whose z is the joint's: the rules speak of those, whatever the link frame calls
   // them.
   const int column = inertial_column(robot.chain.links[static_cast<std::size_t>(p.joint)], p.kind).index;
-  constexpr std::array<int, 10> pass = {
-      0, 0, 0, 1, 0, 0, 0, 0, 1, 1};  // of each kind, in the order of Inertial: of zz, mz and m the second
+  constexpr std::array<int, 10> pass = {0, 0, 0, 1, 0, 0, 0, 0, 1, 1};  // YY, MZ, M come later
   return {pass[static_cast<std::size_t>(column)], p.joint, column};
 }
 

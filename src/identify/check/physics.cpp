@@ -25,8 +25,7 @@ constexpr double counting = 0.01;
 constexpr double sure = 4.5;
 // And of one drive likely.
 constexpr double likely = 3.0;
-constexpr Index most_poses =
-    100;  // of each log, up to twice as many; a choice: each takes an eigenvalue problem
+constexpr Index most_poses = 100;  // of each log, up to twice as many; a choice of time
 
 // A of Σ c_k π_k = ∫ [r; 1]ᵀ A [r; 1] dm, with coefficients c of the inertial parameters π of a body.
 Eigen::Matrix4d moment_matrix(const Inertial& c) {
