@@ -257,9 +257,9 @@ int payload(const PayloadArguments& arguments) {
       }
       if (!one.time.empty()) {
         // Of a log that is divided the experiment takes the parts without payload alone.
-        std::erase_if(experiment.log.files, [&](const auto& file) {
+        std::erase_if(experiment.log.files, [&](const auto& whole) {
           std::error_code missing;  // which the reader says
-          return std::filesystem::equivalent(file, one.file, missing);
+          return std::filesystem::equivalent(whole, one.file, missing);
         });
       }
     }

@@ -2,12 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <random>
 #include <string>
 
+#include "identify/choose/friction_fits.hpp"
 #include "rivid/identify/check.hpp"
 #include "rivid/identify/friction_choice.hpp"
 #include "rivid/identify/identification.hpp"
@@ -323,6 +327,128 @@ TEST(FrictionChoice, LeavesGainsThatAreSmall) {
   EXPECT_EQ(small.law, Friction::symmetric);
   const FrictionChoice large = errors(4.0);
   EXPECT_EQ(large.law, Friction::root);
+}
+
+// Rows of a study with friction that bends, in stretches of which the last belongs to no fit.
+std::vector<detail::StretchRows> stretches_of(const Robot& robot, const BaseParameters& base, const Log& log,
+                                              std::size_t count) {
+  std::vector<detail::StretchRows> out;
+  const Rows made = rows(robot, base, log, Study::signal());
+  for (std::size_t j = 0; j < made.Y.size(); ++j) {
+    const JointRows& joint = made.W.joints[j];
+    const Index length = made.Y[j].size() / static_cast<Index>(count);
+    for (std::size_t fold = 0; fold < count; ++fold) {
+      const Index first = static_cast<Index>(fold) * length;
+      detail::StretchRows& s = out.emplace_back();
+      s.joint = j;
+      s.fold = fold;
+      s.columns = joint.columns;
+      s.W = s.rigid = joint.W.middleRows(first, length);
+      s.y = made.Y[j].segment(first, length);
+      for (std::size_t c = 0; c < joint.columns.size(); ++c) {
+        const StandardParameter& p = base.parameters[static_cast<std::size_t>(joint.columns[c])].leading;
+        const auto column = static_cast<Index>(c);
+        if (p.kind == ParameterKind::Fc) {
+          s.sign = s.W.col(column);
+        }
+        if (is_friction(p.kind)) {
+          s.rigid.col(column).setZero();
+        }
+      }
+    }
+  }
+  return out;
+}
+
+// By Householder reflections of all rows, to the end, what the fits find by sums.
+TEST(FrictionFits, AreWeightedLeastSquares) {
+  constexpr std::size_t folds = 4;
+  constexpr std::size_t left_out = 1;
+  constexpr Index n = 3;
+  for (const Friction law : {Friction::symmetric, Friction::root, Friction::load, Friction::load_root}) {
+    Study study(n, law, 51, 2000);
+    const Log log = study.noisy(0.5, 52);
+    Robot linear = study.robot;
+    for (Joint& joint : linear.joints) {
+      joint.friction = Friction::root;
+    }
+    const BaseParameters base = base_parameters(linear);
+    const std::vector<detail::StretchRows> stretches = stretches_of(linear, base, log, folds + 1);
+    const Index b = base.size();
+    std::vector<Index> wanted;
+    for (Index i = 0; i < b + n; ++i) {
+      const bool bends =
+          i < b && base.parameters[static_cast<std::size_t>(i)].leading.kind == ParameterKind::Fr;
+      if (i < b ? !bends || has(law, Basis::root) : has(law, Basis::load)) {
+        wanted.push_back(i);
+      }
+    }
+    const auto torque = [&](const detail::StretchRows& s, const Vector& theta) {
+      const Vector chi = theta(s.columns);
+      return Vector(s.W * chi +
+                    theta[b + static_cast<Index>(s.joint)] * s.sign.cwiseProduct((s.rigid * chi).cwiseAbs()));
+    };
+    Vector theta = Vector::Zero(b + n);
+    Vector weights = Vector::Ones(n);
+    Matrix R;
+    for (int k = 0; k < 30; ++k) {
+      Vector squares = Vector::Zero(n);
+      Vector counts = Vector::Zero(n);
+      std::vector<std::pair<Matrix, Vector>> parts;
+      Index rows = 0;
+      for (const detail::StretchRows& s : stretches) {
+        if (s.fold == left_out || s.fold == folds) {
+          continue;
+        }
+        const auto j = static_cast<Index>(s.joint);
+        const Vector load = s.rigid * theta(s.columns);
+        const Vector turned = s.sign.cwiseProduct(load.cwiseSign());
+        Matrix S = Matrix::Zero(s.y.size(), b + n);
+        S(Eigen::all, s.columns) = s.W + theta[b + j] * (turned.asDiagonal() * s.rigid).eval();
+        S.col(b + j) = turned.cwiseProduct(load);
+        const Vector rho = s.y - torque(s, theta);
+        squares[j] += rho.squaredNorm();
+        counts[j] += static_cast<double>(rho.size());
+        parts.emplace_back(weights[j] * S(Eigen::all, wanted), weights[j] * rho);
+        rows += rho.size();
+      }
+      Matrix W(rows, std::ssize(wanted));
+      Vector Y(rows);
+      Index at = 0;
+      for (const auto& [S, rho] : parts) {
+        W.middleRows(at, S.rows()) = S;
+        Y.segment(at, S.rows()) = rho;
+        at += S.rows();
+      }
+      const Eigen::ColPivHouseholderQR<Matrix> qr(W);  // no Fl has a column in the first step
+      theta(wanted) += qr.solve(Y);
+      weights = k > 0 ? Vector(counts.cwiseQuotient(squares).cwiseSqrt()) : weights;
+      R = Eigen::HouseholderQR<Matrix>(W).matrixQR().topRows(W.cols()).triangularView<Eigen::Upper>();
+    }
+    detail::FrictionFits fits(linear, base, stretches, folds);
+    const std::vector<Friction> laws(n, law);
+    const detail::LawFit found = fits.fit(laws, left_out);
+    const Vector sigma = R.inverse().rowwise().norm();
+    const Vector error = (found.theta - theta)(wanted).cwiseQuotient(sigma);
+    EXPECT_LT(error.cwiseAbs().maxCoeff(), 0.01) << name(law);
+    EXPECT_TRUE(found.weights.cwiseQuotient(weights).isOnes(0.01)) << found.weights.transpose();
+    const Matrix unseen = fits.unseen_errors(laws);
+    for (const detail::StretchRows& s : stretches) {
+      if (s.fold == left_out) {
+        EXPECT_NEAR(unseen(static_cast<Index>(s.joint), left_out) / (s.y - torque(s, theta)).squaredNorm(),
+                    1.0, 1e-3)
+            << name(law);
+      }
+    }
+    const Vector of_load = fits.load_sigma(found);
+    for (Index j = 0; j < n; ++j) {
+      if (has(law, Basis::load)) {
+        EXPECT_NEAR(of_load[j] / sigma[sigma.size() - n + j], 1.0, 0.02) << name(law);
+      } else {
+        EXPECT_EQ(of_load[j], std::numeric_limits<double>::infinity());
+      }
+    }
+  }
 }
 
 TEST(FrictionChoice, LeavesLawsThatAreGiven) {

@@ -443,12 +443,12 @@ RIVID_INLINE std::optional<std::string> Robot::complaint() const {
     }
   }
   for (std::size_t j = joints.size(); j < inertials.size(); ++j) {
-    const std::string& name = chain.dependents[j - joints.size()].joint;
+    const std::string& dependent = chain.dependents[j - joints.size()].joint;
     if (const auto fault = detail::frame_complaint(chain.links[j])) {
-      return "joint \"" + name + "\": " + *fault;
+      return "joint \"" + dependent + "\": " + *fault;
     }
-    if (std::ranges::find(joints, name, &Joint::name) != joints.end() || !inertials[j].allFinite()) {
-      return "dependent joint \"" + name +
+    if (std::ranges::find(joints, dependent, &Joint::name) != joints.end() || !inertials[j].allFinite()) {
+      return "dependent joint \"" + dependent +
              "\": its name is that of another joint, or the inertial parameters " +
              "of its link are not finite";
     }

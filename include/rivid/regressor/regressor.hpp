@@ -272,11 +272,11 @@ inline LinkPlan link_plan(const Chain& chain, std::size_t j, unsigned mask) {
   out.parent = parent;
   out.depth = static_cast<int>(chain.path(j).size()) - 1;
   out.end = static_cast<int>(j) + 1;
-  const auto is_carried = [&](int link) {
-    while (link > static_cast<int>(j)) {
-      link = chain.parent(static_cast<std::size_t>(link));
+  const auto is_carried = [&](int other) {
+    while (other > static_cast<int>(j)) {
+      other = chain.parent(static_cast<std::size_t>(other));
     }
-    return link == static_cast<int>(j);
+    return other == static_cast<int>(j);
   };
   while (out.end < static_cast<int>(chain.links.size()) && is_carried(out.end)) {
     ++out.end;

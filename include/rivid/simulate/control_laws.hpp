@@ -514,16 +514,16 @@ class LinearLaw final : public ControlLaw {
     return false;
   }
 
-  void mixed(const LinearFeedback& feedback, const ControlInput& input, Eigen::Ref<Vector>& out) const {
+  void mixed(const LinearFeedback& errors, const ControlInput& input, Eigen::Ref<Vector>& out) const {
     if (gains_.mixing.size() == 0) {
       for (Index j = 0; j < out.size(); ++j) {
-        out[j] = feedback.of(input, j);
+        out[j] = errors.of(input, j);
       }
       return;
     }
     out.setZero();
     for (Index j = 0; j < out.size(); ++j) {
-      out += feedback.of(input, j) * gains_.mixing.col(j);
+      out += errors.of(input, j) * gains_.mixing.col(j);
     }
   }
 

@@ -1,25 +1,21 @@
 #include "rivid/identify/friction_choice.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <iterator>
-#include <limits>
 #include <numbers>
 #include <utility>
 
 #include "accept.hpp"
 #include "dense.hpp"
-#include "identify/choose/load_passes.hpp"
+#include "identify/choose/friction_fits.hpp"
 #include "identify/choose/row_choice.hpp"
 #include "identify/rows/time_blocks.hpp"
 #include "ranges.hpp"
 #include "rivid/error.hpp"
 #include "rivid/regressor/load.hpp"
-#include "rivid/solve/streaming_qr.hpp"
 #include "rivid/text.hpp"
 
 namespace rivid {
@@ -40,195 +36,6 @@ constexpr double least_deviations_of_sign = 3.0;
 constexpr double most_load = 0.8;
 // Chance of being the better one from which on a law is named as hardly distinguished.
 constexpr double close_chance = 0.05;
-// Gauss-Newton of the load, and of the weights of the joints.
-constexpr int passes = 4;
-// Pivots of scaled columns below this part of the largest belong to parameters that the rows do not show.
-constexpr double not_seen = 3e-6;
-// No stretch.
-constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-
-// The rows of one joint in one stretch of time.
-struct Stretch {
-  std::size_t joint = 0;
-  std::size_t fold = 0;
-  std::vector<Index> columns;  // of the linear robot's base parameters
-  Matrix W;
-  Vector y;
-  Vector sign;   // of the velocity; empty where the joint's law is not to be chosen
-  Matrix rigid;  // columns of M q̈ + N, zeros elsewhere
-};
-
-// A law for each joint, and the unknowns [χ, Fl] of a fit with it: those that a law does not have are zero.
-class Fits {
- public:
-  Fits(const Robot& robot, const BaseParameters& base, std::vector<Stretch> stretches, std::size_t folds)
-      : b_(base.size()),
-        stretches_(std::move(stretches)),
-        folds_(folds),
-        weights_(Vector::Ones(robot.size())) {
-    const std::vector<StandardParameter> columns = base.columns();
-    root_at_.assign(robot.joints.size(), -1);
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      if (about(columns[c].kind).basis == Basis::root) {
-        root_at_[static_cast<std::size_t>(columns[c].joint)] = static_cast<Index>(c);
-      }
-    }
-  }
-
-  // Squared error of each joint in each stretch of time that was left out of the fit, (n × folds).
-  [[nodiscard]] Matrix unseen_errors(const std::vector<Friction>& laws) {
-    Matrix out = Matrix::Zero(weights_.size(), static_cast<Index>(folds_));
-    for (std::size_t fold = 0; fold < folds_; ++fold) {
-      add_errors(fold, solution(laws, fold), out.col(static_cast<Index>(fold)));
-    }
-    return out;
-  }
-
-  // Of rows that belong to no fit, which have the fold `folds`, by some unknowns, (n).
-  [[nodiscard]] Vector validation_errors(const Vector& theta) const {
-    Vector out = Vector::Zero(weights_.size());
-    add_errors(folds_, theta, out);
-    return out;
-  }
-
-  // Squared torques of each joint in each stretch of time, those of no fit last, (n × folds + 1).
-  [[nodiscard]] Matrix torques() const {
-    Matrix out = Matrix::Zero(weights_.size(), static_cast<Index>(folds_) + 1);
-    for (const Stretch& s : stretches_) {
-      out(static_cast<Index>(s.joint), static_cast<Index>(s.fold)) += s.y.squaredNorm();
-    }
-    return out;
-  }
-
-  // Values of unknowns as base parameters of the robot with some laws.
-  [[nodiscard]] Vector values(const Vector& theta, const BaseParameters& from,
-                              const BaseParameters& to) const {
-    Vector out = detail::carried_over(from, theta.head(b_), to);
-    for (Index i = 0; i < to.size(); ++i) {
-      const StandardParameter& p = to.parameters[static_cast<std::size_t>(i)].leading;
-      if (about(p.kind).basis == Basis::load) {
-        out[i] = theta[b_ + p.joint];
-      }
-    }
-    return out;
-  }
-
-  // Covariance of values() of the fit to all rows, as if these were independent; zero where they say nothing.
-  [[nodiscard]] Matrix covariance(const std::vector<Friction>& laws, const BaseParameters& from,
-                                  const BaseParameters& to) {
-    static_cast<void>(solution(laws, none));
-    const Vector scale = R_.colwise().norm().unaryExpr([](double x) { return x > 0.0 ? 1.0 / x : 0.0; });
-    Eigen::CompleteOrthogonalDecomposition<Matrix> qr(R_.rows(), R_.cols());
-    qr.setThreshold(not_seen);
-    qr.compute(R_ * scale.asDiagonal());
-    const Matrix inverse = scale.asDiagonal() * Matrix(qr.pseudoInverse());
-    Matrix out(to.size(), inverse.cols());
-    for (Index c = 0; c < inverse.cols(); ++c) {
-      out.col(c) = values(inverse.col(c), from, to);
-    }
-    return out * out.transpose();
-  }
-
-  // [χ, Fl] of a fit without one stretch; to all of them where `without` is none.
-  [[nodiscard]] Vector solution(const std::vector<Friction>& laws, std::size_t without) {
-    const Index p = b_ + weights_.size();
-    Vector theta = Vector::Zero(p);
-    Vector wanted = Vector::Ones(p);
-    bool linear = true;
-    for (std::size_t j = 0; j < laws.size(); ++j) {
-      const bool load = has(laws[j], Basis::load);
-      linear = linear && !load;
-      wanted[b_ + static_cast<Index>(j)] = load ? 1.0 : 0.0;
-      if (root_at_[j] >= 0 && !has(laws[j], Basis::root)) {
-        wanted[root_at_[j]] = 0.0;
-      }
-    }
-    weights_.setOnes();
-    for (int pass = 0; pass < passes; ++pass) {
-      StreamingQr qr(p);
-      Vector squares = Vector::Zero(weights_.size());
-      Vector counts = Vector::Zero(weights_.size());
-      for (const Stretch& s : stretches_) {
-        if (s.fold != without && s.fold < folds_) {
-          const Vector rho = residual(s, theta);
-          const double weight = weights_[static_cast<Index>(s.joint)];
-          qr.add(weight * slopes(s, theta, wanted), weight * rho);
-          squares[static_cast<Index>(s.joint)] += rho.squaredNorm();
-          counts[static_cast<Index>(s.joint)] += static_cast<double>(rho.size());
-        }
-      }
-      R_ = qr.R();
-      const Vector scale = R_.colwise().norm().unaryExpr([](double x) { return x > 0.0 ? 1.0 / x : 0.0; });
-      theta += scale.cwiseProduct(detail::minimum_norm_solution(R_ * scale.asDiagonal(), qr.qty(), not_seen));
-      if (pass > 0) {
-        weights_ = squares.cwiseQuotient(counts.cwiseMax(1.0)).unaryExpr([](double x) {
-          return x > 0.0 ? 1.0 / std::sqrt(x) : 1.0;
-        });
-      }
-      if (linear && pass == 2) {
-        break;
-      }
-    }
-    return theta;
-  }
-
-  // Whether all rows show how the friction of a joint follows its load, and do not contradict any gear.
-  [[nodiscard]] std::vector<std::uint8_t> show_load(const std::vector<Friction>& laws) {
-    const Vector Fl = solution(laws, none).tail(weights_.size());
-    std::vector<std::uint8_t> out;
-    for (Index j = 0; j < Fl.size(); ++j) {
-      Matrix last = R_;  // with the column of this Fl behind all others
-      last.col(b_ + j).swap(last.rightCols<1>());
-      const double size =
-          std::abs(Eigen::HouseholderQR<Matrix>(last).matrixQR()(last.rows() - 1, last.cols() - 1));
-      const double sigma = 1.0 / size;
-      out.push_back(
-          sigma < most_open_load && Fl[j] > -least_deviations_of_sign * sigma && Fl[j] < most_load ? 1 : 0);
-    }
-    return out;
-  }
-
- private:
-  [[nodiscard]] Vector residual(const Stretch& s, const Vector& theta) const {
-    const Vector own = theta(s.columns);
-    Vector out = s.y - s.W * own;
-    if (s.sign.size() > 0) {
-      out -= theta[b_ + static_cast<Index>(s.joint)] * s.sign.cwiseProduct((s.rigid * own).cwiseAbs());
-    }
-    return out;
-  }
-
-  void add_errors(std::size_t fold, const Vector& theta, Eigen::Ref<Vector> out) const {
-    for (const Stretch& s : stretches_) {
-      if (s.fold == fold) {
-        out[static_cast<Index>(s.joint)] += residual(s, theta).squaredNorm();
-      }
-    }
-  }
-
-  // Slopes of the torque by all unknowns, zero for those that are not wanted.
-  [[nodiscard]] Matrix slopes(const Stretch& s, const Vector& theta, const Vector& wanted) const {
-    Matrix out = Matrix::Zero(s.y.size(), theta.size());
-    out(Eigen::all, s.columns) = s.W;
-    if (s.sign.size() > 0) {
-      const Index Fl = b_ + static_cast<Index>(s.joint);
-      const Vector load = s.rigid * theta(s.columns);
-      const Vector turned =
-          s.sign.cwiseProduct(load.unaryExpr([](double x) { return x < 0.0 ? -1.0 : 1.0; }));
-      out(Eigen::all, s.columns) += (theta[Fl] * turned).asDiagonal() * s.rigid;
-      out.col(Fl) = turned.cwiseProduct(load);
-    }
-    return out * wanted.asDiagonal();
-  }
-
-  Index b_;
-  std::vector<Stretch> stretches_;
-  std::size_t folds_;
-  Vector weights_;
-  std::vector<Index> root_at_;
-  Matrix R_;  // of the last step
-};
-
 bool open_law(const Joint& joint) { return joint.friction == Friction::automatic; }
 
 // Rows of some logs, joint by joint and stretch by stretch; all open joints have √|q̇|.
@@ -248,12 +55,12 @@ class Stretches {
     }
   }
 
-  [[nodiscard]] std::vector<Stretch> all() && { return std::move(all_); }
+  [[nodiscard]] std::vector<detail::StretchRows> all() && { return std::move(all_); }
 
  private:
   void add(const Rows& made, std::size_t j, Index fold, Index first, Index count) {
     const JointRows& joint = made.W.joints[j];
-    Stretch& piece = all_.emplace_back();
+    detail::StretchRows& piece = all_.emplace_back();
     piece.joint = j;
     piece.fold = static_cast<std::size_t>(fold);
     piece.columns = joint.columns;
@@ -279,7 +86,7 @@ class Stretches {
   const SignalOptions& signal_;
   const std::vector<std::uint8_t>& open_;
   std::vector<StandardParameter> parameters_;
-  std::vector<Stretch> all_;
+  std::vector<detail::StretchRows> all_;
 };
 
 // By how much law b leaves less of the unseen torques than law a, of some joints together: mean over the
@@ -314,6 +121,20 @@ Gain gain(const Matrix& a, const Matrix& b, const Matrix& torques, const std::ve
   return {.mean = mean,
           .sigma = std::sqrt((by_stretch.array() - mean).square().sum() / std::max(n - 1.0, 1.0) / n),
           .part = excess > 0.0 ? 1.0 - 1.0 / std::sqrt(1.0 + excess) : 0.0};
+}
+
+// Whether all rows show how the friction of a joint follows its load, and do not contradict any gear.
+std::vector<std::uint8_t> show_load(detail::FrictionFits& fits, const std::vector<Friction>& laws) {
+  const detail::LawFit fit = fits.fit(laws);
+  const Vector sigma = fits.load_sigma(fit);
+  std::vector<std::uint8_t> out;
+  for (Index j = 0; j < sigma.size(); ++j) {
+    const double Fl = fit.theta.tail(sigma.size())[j];
+    const bool shown =
+        sigma[j] < most_open_load && Fl > -least_deviations_of_sign * sigma[j] && Fl < most_load;
+    out.push_back(shown ? 1 : 0);
+  }
+  return out;
 }
 
 // The law without friction that follows the load.
@@ -359,9 +180,8 @@ Chosen chosen_law(std::span<const Matrix> errors, const Matrix& torques, const s
 }
 
 Matrix positive_part(const Matrix& C) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> of_C(C);
-  return of_C.eigenvectors() * of_C.eigenvalues().cwiseMax(0.0).asDiagonal() *
-         of_C.eigenvectors().transpose();
+  const detail::SymmetricEigen of_C = detail::symmetric_eigen(C);
+  return of_C.vectors * of_C.values.cwiseMax(0.0).asDiagonal() * of_C.vectors.transpose();
 }
 
 // ‖Y − Ŷ‖ / ‖Y‖ of some joints.
@@ -432,7 +252,7 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
   estimation.method = Wls{};
   detail::accept("choose_friction", estimation.complaint(linear));
   if (estimation.signal.automatic()) {
-    static_cast<void>(detail::choose_rows(linear, logs, estimation));
+    detail::take_rows(linear, logs, estimation);
   }
   for (std::size_t j = 0; j < open.size(); ++j) {
     linear.joints[j].friction = open[j] != 0 ? Friction::root : linear.joints[j].friction;
@@ -450,11 +270,11 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
       take(blocks.count(), 0, std::ssize(samples));
     });
   }
-  Fits fits(linear, base, std::move(stretches).all(), folds);
+  detail::FrictionFits fits(linear, base, std::move(stretches).all(), folds);
   std::vector<std::vector<Friction>> laws;
   std::vector<Matrix> errors;
-  const std::vector<std::uint8_t> shows_load = fits.show_load(
-      laws_with(linear, asked, open, std::vector<std::uint8_t>(open.size(), 1), Friction::load));
+  const std::vector<std::uint8_t> shows_load = show_load(
+      fits, laws_with(linear, asked, open, std::vector<std::uint8_t>(open.size(), 1), Friction::load));
   for (const Friction law : candidates) {
     laws.push_back(laws_with(linear, asked, open, shows_load, law));
     errors.push_back(fits.unseen_errors(laws.back()));
@@ -475,9 +295,10 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
       }
     }
   }
-  const Matrix unseen = fits.unseen_errors(best);
-  const Vector theta = fits.solution(best, none);
-  const Vector by_symmetric = fits.solution(laws.front(), none);
+  const auto same = std::ranges::find(laws, best);
+  const Matrix unseen =
+      same != laws.end() ? errors[static_cast<std::size_t>(same - laws.begin())] : fits.unseen_errors(best);
+  const detail::LawFit of_best = fits.fit(best);
   FrictionChoices out;
   Robot with = linear;
   for (std::size_t j = 0; j < best.size(); ++j) {
@@ -485,7 +306,7 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
   }
   const BaseParameters to = base_parameters(with);
   out.C = Matrix::Zero(to.size(), to.size());
-  const Matrix own_C = fits.covariance(best, base, to);
+  const Matrix own_C = fits.covariance(of_best, base, to);
   for (const auto& [joints, chosen] : kinds) {
     double sum = 1.0;
     for (const double chance : chosen.chances) {
@@ -501,9 +322,10 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
         others[static_cast<std::size_t>(j)] = laws[k][static_cast<std::size_t>(j)];
       }
       if (others != best) {
-        const Vector shift = fits.values(fits.solution(others, none) - theta, base, to);
+        const detail::LawFit of_others = fits.fit(others);
+        const Vector shift = fits.values(of_others.theta - of_best.theta, base, to);
         out.C += chosen.chances[k] / sum *
-                 (shift * shift.transpose() + positive_part(fits.covariance(others, base, to) - own_C));
+                 (shift * shift.transpose() + positive_part(fits.covariance(of_others, base, to) - own_C));
       }
     }
     // Joints of the law, and those that have a simpler one.
@@ -520,8 +342,9 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
       choice.symmetric_error = relative_error(errors.front(), torques, own);
       if (!validation.empty()) {
         const Matrix last = all_torques.rightCols(1);
-        choice.validation_error = relative_error(fits.validation_errors(theta), last, own);
-        choice.symmetric_validation_error = relative_error(fits.validation_errors(by_symmetric), last, own);
+        choice.validation_error = relative_error(fits.validation_errors(of_best.theta), last, own);
+        choice.symmetric_validation_error =
+            relative_error(fits.validation_errors(fits.fit(laws.front()).theta), last, own);
       }
       choice.close = close;
       out.kinds.push_back(std::move(choice));

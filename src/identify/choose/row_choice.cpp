@@ -178,7 +178,8 @@ class Chooser {
     }
   }
 
-  RowChoice chosen() {
+  // compared  whether the choice says how the estimate moves at other windows
+  RowChoice chosen(bool compared) {
     std::size_t at = first();
     std::size_t longest = at;
     std::optional<Pilot> fit = tried(at);
@@ -212,7 +213,7 @@ class Chooser {
     out.decimation = windows_[at];
     out.row_spacing = windows_[at] / logs_.front().f_m;
     out.torque_held = options_.signal.held();
-    if (fit) {
+    if (fit && compared) {
       compare(*fit, at, out);
     }
     return out;
@@ -420,7 +421,7 @@ class Chooser {
     const NoiseSensitivity sensitivity(robot_, problem_->base, logs_, problem_->signals, problem_->data, chi);
     const Matrix& bread = fit.estimate.unit_covariance;
     const Vector sigma = fit.sigma();
-    const auto here = sensitivity.effect(noise_with(windows_[at]), chi, weights);
+    const auto here = sensitivity.effect(noise_with(windows_[at]), weights);
     // Of a window of one sample, as far as stretches of motion do not end within.
     const double of_samples = rows_a_parameter(fit) * windows_[at];
     double rows_a_column = std::numeric_limits<double>::infinity();
@@ -437,7 +438,7 @@ class Chooser {
         break;
       }
       best = w;
-      const auto effect = sensitivity.effect(noise_with(windows_[w]), chi, weights);
+      const auto effect = sensitivity.effect(noise_with(windows_[w]), weights);
       const double bias = (bread * effect.D_chi).cwiseAbs().cwiseQuotient(sigma).maxCoeff();
       double share = 0.0;
       std::vector<double> others;
@@ -566,16 +567,28 @@ void report_noise(const std::vector<ParameterEstimate>& parameters, RowChoice& c
   choice.reason = reason(choice);
 }
 
-RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
+namespace {
+
+RowChoice row_choice(const Robot& robot, std::span<const Log> logs, Estimation& estimation, bool compared) {
   std::vector<Log> room;
   Estimation of_stretch = estimation;
   of_stretch.signal.window.reset();
   Chooser chooser(robot, within_window(logs, estimation.signal, room), of_stretch);
-  RowChoice out = chooser.chosen();
+  RowChoice out = chooser.chosen(compared);
   const auto window = estimation.signal.window;
   estimation.signal = chooser.signal();
   estimation.signal.window = window;
   return out;
+}
+
+}  // namespace
+
+RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
+  return row_choice(robot, logs, estimation, true);
+}
+
+void take_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
+  static_cast<void>(row_choice(robot, logs, estimation, false));
 }
 
 }  // namespace rivid::detail

@@ -17,6 +17,9 @@ namespace rivid::detail {
 // expected to predict torques best.
 [[nodiscard]] RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation);
 
+// The same, where nobody asks how the estimate moves at other windows.
+void take_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation);
+
 // Fills in what parameters from these rows say of their noise, and the sentence.
 void report_noise(const std::vector<ParameterEstimate>& parameters, RowChoice& choice);
 

@@ -268,14 +268,14 @@ Rollouts rollouts(std::span<const ComparedModel> models, std::span<const Log> lo
       found.horizon = horizon;
       for (std::size_t l = 0; l < all.size(); ++l) {
         const auto length = std::max<Index>(std::lround(horizon * all[l].log.f_m), 1);
-        const Index room = all[l].log.samples() - 1;
-        const Index count = std::min<Index>(options.windows, room / length);
+        const Index steps = all[l].log.samples() - 1;
+        const Index count = std::min<Index>(options.windows, steps / length);
         for (Index w = 0; w < count; ++w) {
           for (std::size_t m = 0; m < models.size(); ++m) {
             errors[m][l].push_back(
                 simulated_error(models[m].robot, dynamics[m],
                                 drive == Drive::torques ? static_cast<const ControlLaw&>(silent) : *law,
-                                all[l], drive, options.sampling, room * w / count, length));
+                                all[l], drive, options.sampling, steps * w / count, length));
           }
         }
         found.windows += static_cast<int>(count);

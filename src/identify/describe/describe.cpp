@@ -49,14 +49,14 @@ Matrix row_shifts(const Answer& answer, Findings& out) {
   // The windows were chosen with friction that does not follow the load.
   const BaseParameters chosen = base_parameters(without_load(problem.robot));
   const auto mapped = [&](const Vector& of_chosen) {
-    Vector out = Vector::Zero(b);
+    Vector shift = Vector::Zero(b);
     for (Index i = 0, k = 0; i < b && k < of_chosen.size(); ++i) {
       if (problem.base.parameters[static_cast<std::size_t>(i)].name ==
           chosen.parameters[static_cast<std::size_t>(k)].name) {
-        out[i] = of_chosen[k++];
+        shift[i] = of_chosen[k++];
       }
     }
-    return out;
+    return shift;
   };
   if (inference.noise_bias.size() > 0) {
     const Vector& change = answer.rows->at_double.change;

@@ -82,10 +82,13 @@ std::vector<Vector> mean_responses(const std::vector<std::vector<Matrix>>& E,
   return out;
 }
 
-// Mean of the products of rows that move.
-Matrix mean_products(const Matrix& E, const std::vector<Index>& moving) {
+// Mean of Eᵀ E χ over rows that move.
+Vector mean_product(const Matrix& E, const std::vector<Index>& moving, const Vector& chi) {
   const Matrix kept = E(moving, Eigen::all);
-  return kept.transpose() * kept / static_cast<double>(std::max<std::size_t>(moving.size(), 1));
+  const Vector product = kept * chi;
+  Vector out = kept.transpose() * product;
+  out /= static_cast<double>(std::max<std::size_t>(moving.size(), 1));
+  return out;
 }
 
 }  // namespace
@@ -113,7 +116,7 @@ std::vector<std::vector<PositionNoise>> position_noise(std::span<const Log> logs
 NoiseSensitivity::NoiseSensitivity(const Robot& robot, const BaseParameters& base, std::span<const Log> logs,
                                    std::span<const SignalOptions> signals, const RowFactors& data,
                                    const Vector& chi)
-    : b_(base.size()) {
+    : b_(base.size()), chi_(chi) {
   const auto n = static_cast<std::size_t>(robot.size());
   for (const RowGroup& group : data.groups) {
     columns_.push_back(group.columns);
@@ -151,8 +154,9 @@ NoiseSensitivity::NoiseSensitivity(const Robot& robot, const BaseParameters& bas
         by_acceleration[i] -= at_rest[i];
         by_velocity[i] = (by_velocity[i] - slower[i]) / (2.0 * velocity_step);
         clear_dry(base, columns_[i], by_velocity[i]);
+        const Vector own = chi(columns_[i]);
         means[i].push_back(
-            {mean_products(by_acceleration[i], moving[i]), mean_products(by_velocity[i], moving[i])});
+            {mean_product(by_acceleration[i], moving[i], own), mean_product(by_velocity[i], moving[i], own)});
       }
       E.push_back(std::move(by_acceleration));
     }
@@ -167,16 +171,16 @@ NoiseSensitivity::NoiseSensitivity(const Robot& robot, const BaseParameters& bas
 }
 
 NoiseSensitivity::Effect NoiseSensitivity::effect(std::span<const std::vector<DerivativeNoise>> noise,
-                                                  const Vector& chi, std::span<const double> weights) const {
+                                                  std::span<const double> weights) const {
   Effect out{Vector::Zero(b_), std::vector<double>(rows_.size(), 0.0)};
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const Vector own = chi(columns_[i]);
+    const Vector own = chi_(columns_[i]);
     Vector D_chi = Vector::Zero(own.size());
     for (std::size_t l = 0; l < means_.size(); ++l) {
       for (std::size_t j = 0; j < noise[l].size(); ++j) {
         const Means& means = means_[l][i][j];
-        D_chi += shares_[i][l] * (noise[l][j].acceleration * (means.acceleration * own) +
-                                  noise[l][j].velocity * (means.velocity * own));
+        D_chi += shares_[i][l] *
+                 (noise[l][j].acceleration * means.acceleration + noise[l][j].velocity * means.velocity);
       }
     }
     out.mean_squares[i] = own.dot(D_chi);
@@ -206,7 +210,7 @@ Vector noise_bias(const EstimationProblem& problem, const Estimate& estimate, co
     const RowBand band(estimate.signals[l], problem.logs[l].f_m);
     in_rows.push_back(made_of(noise[l], [&](const PositionNoise& one) { return one.in(band); }));
   }
-  const Vector D_chi = sensitivity.effect(in_rows, chi, estimate.weights).D_chi;
+  const Vector D_chi = sensitivity.effect(in_rows, estimate.weights).D_chi;
   return -finite_part(estimate.bread) * D_chi;
 }
 

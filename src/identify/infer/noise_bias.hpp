@@ -36,7 +36,7 @@ class NoiseSensitivity {
   };
   // noise    of each log, of each joint's rows
   // weights  1/σ of each joint's rows
-  [[nodiscard]] Effect effect(std::span<const std::vector<DerivativeNoise>> noise, const Vector& chi,
+  [[nodiscard]] Effect effect(std::span<const std::vector<DerivativeNoise>> noise,
                               std::span<const double> weights) const;
 
   // What E[Wᵀ Ω⁻¹ ρ] is at most, (b), where the errors ρ of the rows are torques that move the arm, which
@@ -47,13 +47,14 @@ class NoiseSensitivity {
                                    std::span<const double> weights) const;
 
  private:
-  // Mean of EᵀE and FᵀF over the rows of a joint in one log, for noise of one joint.
+  // Mean of EᵀE χ and FᵀF χ over the rows of a joint in one log, for noise of one joint.
   struct Means {
-    Matrix acceleration;
-    Matrix velocity;
+    Vector acceleration;
+    Vector velocity;
   };
 
   Index b_ = 0;
+  Vector chi_;
   std::vector<std::vector<Index>> columns_;             // of each joint's rows
   std::vector<double> rows_;                            // of each joint
   std::vector<std::vector<double>> shares_;             // of the logs in the rows of each joint
