@@ -252,7 +252,7 @@ FrictionChoices choose_friction(const Robot& robot, std::span<const Log> logs, c
   estimation.method = Wls{};
   detail::accept("choose_friction", estimation.complaint(linear));
   if (estimation.signal.automatic()) {
-    detail::take_rows(linear, logs, estimation);
+    static_cast<void>(detail::choose_rows(linear, logs, estimation));
   }
   for (std::size_t j = 0; j < open.size(); ++j) {
     linear.joints[j].friction = open[j] != 0 ? Friction::root : linear.joints[j].friction;

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "dense.hpp"
-#include "identify/infer/infer.hpp"
+#include "identify/choose/pilot_fits.hpp"
 #include "identify/infer/noise_bias.hpp"
 #include "identify/rows/factors.hpp"
 #include "identify/rows/row_source.hpp"
@@ -52,10 +52,6 @@ constexpr double hopeless = 4.0;
 constexpr double drowned = 10.0;
 // Rounds of a window and the fit from which the next one follows.
 constexpr int most_rounds = 4;
-// Samples that a window is chosen by: of longer logs a part stands for all, if each joint moves there at
-// least so much of what it would if it moved evenly all the time.
-constexpr Index most_samples = 30000;
-constexpr double even_motion = 0.5;
 // Windows that the longest and the shortest log have room for at least.
 constexpr Index many_windows = 20;
 constexpr Index some_windows = 4;
@@ -80,65 +76,6 @@ std::vector<int> windows(Index most) {
   return out;
 }
 
-Index samples_of(std::span<const Log> logs) { return sum_of(logs, &Log::samples); }
-
-// Samples between two positions whose difference is motion rather than noise.
-Index motion_span(const Log& log) {
-  return std::clamp<Index>(static_cast<Index>(0.05 * log.f_m), 1, std::max<Index>(log.samples() / 4, 1));
-}
-
-// Mean squared displacement of each joint over `span` samples, from a stretch of the log.
-Vector motion(const Log& log, Index span, Index first, Index count) {
-  const Index m = std::max<Index>(count - span, 0);
-  const auto difference = log.q.middleRows(first + count - m, m) - log.q.middleRows(first, m);
-  return difference.colwise().squaredNorm().transpose() / static_cast<double>(std::max<Index>(m, 1));
-}
-
-// So many samples of a log that stand for it: its middle, or where a joint hardly moves there, the stretch in
-// which the joint that moves least moves most. Nothing where a joint hardly moves in that one either, as in
-// logs that move one joint after the other.
-std::optional<Log> part_of(const Log& log, Index count) {
-  const Index span = motion_span(log);
-  const Vector whole = motion(log, span, 0, log.samples());
-  const auto least = [&](Index first) {
-    const Vector here = motion(log, span, first, count);
-    double out = std::numeric_limits<double>::infinity();
-    for (Index j = 0; j < whole.size(); ++j) {
-      out = std::min(out, whole[j] > 0.0 ? here[j] / whole[j] : 1.0);
-    }
-    return out;
-  };
-  Index best = (log.samples() - count) / 2;
-  double most = least(best);
-  const Index step = std::max<Index>(count / 4, 1);
-  for (Index first = 0; most < even_motion && first + count <= log.samples(); first += step) {
-    if (const double moves = least(first); moves > most) {
-      most = moves;
-      best = first;
-    }
-  }
-  return most >= even_motion ? std::optional(excerpt(log, best, count)) : std::nullopt;
-}
-
-// What stands for long logs, or nothing where they are taken whole.
-std::vector<Log> parts_of(std::span<const Log> logs) {
-  const Index samples = samples_of(logs);
-  std::vector<Log> out;
-  if (samples <= most_samples) {
-    return out;
-  }
-  for (const Log& log : logs) {
-    std::optional<Log> part =
-        part_of(log, static_cast<Index>(static_cast<double>(log.samples()) *
-                                        static_cast<double>(most_samples) / static_cast<double>(samples)));
-    if (!part) {
-      return {};
-    }
-    out.push_back(*std::move(part));
-  }
-  return out;
-}
-
 // The longest window that still divides the longest log into many, and the shortest one into some.
 Index longest_window(std::span<const Log> logs) {
   Index longest = 0;
@@ -150,47 +87,32 @@ Index longest_window(std::span<const Log> logs) {
   return std::min(longest / many_windows, shortest / some_windows);
 }
 
-// A fit to some rows, as far as the choice of others needs it.
-struct Pilot {
-  Estimate estimate;
-  Statistics statistics;
-  Fit fit;
-
-  [[nodiscard]] Vector sigma() const { return statistics.uncertainty.C.diagonal().cwiseSqrt(); }
-};
-
 class Chooser {
  public:
   Chooser(const Robot& robot, std::span<const Log> logs, const Estimation& asked)
       : robot_(robot),
-        parts_(parts_of(logs)),
-        logs_(parts_.empty() ? logs : std::span<const Log>(parts_)),
-        part_of_samples_(static_cast<double>(samples_of(logs_)) / static_cast<double>(samples_of(logs))),
+        fits_(robot, logs, asked),
+        logs_(fits_.logs()),
         still_(hardly_moving(robot, squared_velocities(logs_, robot.size()))),
         noise_(position_noise(logs_)),
         windows_(windows(longest_window(logs_))) {
-    options_ = {.method = Wls{},
-                .signal = asked.signal,
-                .covariance = {.kind = CovarianceKind::hac, .lag = asked.covariance.lag},
-                .threads = asked.threads};
-    if (options_.signal.velocity_threshold.empty()) {
-      options_.signal.velocity_threshold = thresholds();
+    if (fits_.signal().velocity_threshold.empty()) {
+      fits_.signal().velocity_threshold = thresholds();
     }
   }
 
-  // compared  whether the choice says how the estimate moves at other windows
-  RowChoice chosen(bool compared) {
+  RowChoice chosen() {
     std::size_t at = first();
     std::size_t longest = at;
     std::optional<Pilot> fit = tried(at);
-    bool enough = fit && rows_a_parameter_ >= many_rows;
+    bool enough = fit && fits_.rows_a_parameter() >= many_rows;
     for (int round = 0; enough && round < most_rounds; ++round) {
       const std::size_t better = longest = wanted(*fit, at);
       if (better == at) {
         break;
       }
       std::optional<Pilot> next = identified_with(windows_[better]);
-      enough = next && rows_a_parameter_ >= many_rows;
+      enough = next && fits_.rows_a_parameter() >= many_rows;
       if (enough) {
         fit = std::move(next);
         at = better;
@@ -204,22 +126,19 @@ class Chooser {
     }
     RowChoice out;
     out.by_prediction = !enough;
-    if (fit && !options_.signal.torque_held && held(*fit)) {
-      options_.signal.torque_held = true;
+    if (fit && !fits_.signal().torque_held && held(*fit)) {
+      fits_.signal().torque_held = true;
       fit = identified_with(windows_[at]);
     }
-    options_.signal.torque_held = options_.signal.held();
-    options_.signal.decimation = {windows_[at]};
+    fits_.signal().torque_held = fits_.signal().held();
+    fits_.signal().decimation = {windows_[at]};
     out.decimation = windows_[at];
     out.row_spacing = windows_[at] / logs_.front().f_m;
-    out.torque_held = options_.signal.held();
-    if (fit && compared) {
-      compare(*fit, at, out);
-    }
+    out.torque_held = fits_.signal().held();
     return out;
   }
 
-  [[nodiscard]] const SignalOptions& signal() const { return options_.signal; }
+  [[nodiscard]] const SignalOptions& signal() { return fits_.signal(); }
 
  private:
   [[nodiscard]] std::vector<double> thresholds() const {
@@ -238,17 +157,11 @@ class Chooser {
     return out;
   }
 
-  [[nodiscard]] SignalOptions with(int n_d) const {
-    SignalOptions out = options_.signal;
-    out.decimation = {n_d};
-    return out;
-  }
-
   // Noise of all joints' rows in all logs; joints that stand still have no vote.
   [[nodiscard]] std::vector<std::vector<DerivativeNoise>> noise_with(int n_d) const {
     std::vector<std::vector<DerivativeNoise>> out;
     for (std::size_t l = 0; l < logs_.size(); ++l) {
-      const RowBand band(with(n_d), logs_[l].f_m);
+      const RowBand band(fits_.with(n_d), logs_[l].f_m);
       std::vector<DerivativeNoise>& joints = out.emplace_back();
       for (std::size_t j = 0; j < noise_[l].size(); ++j) {
         joints.push_back(still_[j] != 0 ? DerivativeNoise{} : noise_[l][j].in(band));
@@ -282,8 +195,8 @@ class Chooser {
   [[nodiscard]] double motion_kept(int n_d) const {
     double out = 1.0;
     for (std::size_t l = 0; l < logs_.size(); ++l) {
-      const RowBand all(with(1), logs_[l].f_m);
-      const RowBand band(with(n_d), logs_[l].f_m);
+      const RowBand all(fits_.with(1), logs_[l].f_m);
+      const RowBand band(fits_.with(n_d), logs_[l].f_m);
       for (std::size_t j = 0; j < noise_[l].size(); ++j) {
         const double whole = noise_[l][j].motion_in(all);
         out = std::min(out, still_[j] == 0 && whole > 0.0 ? noise_[l][j].motion_in(band) / whole : 1.0);
@@ -292,32 +205,9 @@ class Chooser {
     return out;
   }
 
-  // Nothing where a window leaves too few rows.
-  //
-  // whole  with statistics
-  std::optional<Pilot> fitted_with(int n_d, bool whole) {
-    pilot_ = options_;
-    pilot_.signal = with(n_d);
-    pilot_.covariance.kind = whole ? CovarianceKind::hac : CovarianceKind::classical;
-    rows_a_parameter_ = 0.0;
-    try {
-      problem_ = std::make_unique<EstimationProblem>(robot_, logs_, pilot_);
-      Pilot out{.estimate = *estimated(*problem_).estimate, .statistics = {}, .fit = {}};
-      if (whole) {
-        out.statistics = statistics_of(*problem_, out.estimate);
-        out.fit =
-            fit_to(robot_, problem_->data, out.estimate.chi, out.estimate.rank, pilot_.signal.convention);
-      }
-      rows_a_parameter_ = rows_a_parameter(out);
-      return out;
-    } catch (const InputError&) {
-      return std::nullopt;
-    }
-  }
-
   // Nothing either where the rows do not determine all parameters.
   std::optional<Pilot> identified_with(int n_d) {
-    std::optional<Pilot> out = fitted_with(n_d, true);
+    std::optional<Pilot> out = fits_.fitted(n_d, true);
     return out && out->estimate.rank == out->estimate.chi.size() ? std::move(out) : std::nullopt;
   }
 
@@ -325,7 +215,7 @@ class Chooser {
   std::optional<Pilot> tried(std::size_t& at) {
     for (;; --at) {
       std::optional<Pilot> fit = identified_with(windows_[at]);
-      if (rows_a_parameter_ >= many_rows || at == 0) {
+      if (fits_.rows_a_parameter() >= many_rows || at == 0) {
         return fit;
       }
     }
@@ -334,8 +224,8 @@ class Chooser {
   // Factors of rows that estimates from all windows are compared on.
   [[nodiscard]] std::vector<RowGroup> judged_rows() const {
     const int n_d = std::max(static_cast<int>(std::lround(judged_spacing * logs_.front().f_m)), 1);
-    const std::vector<SignalOptions> signals(logs_.size(), with(n_d));
-    ThreadTeam team(options_.threads);
+    const std::vector<SignalOptions> signals(logs_.size(), fits_.with(n_d));
+    ThreadTeam team(fits_.options().threads);
     return all_factors(robot_, base_parameters(robot_), logs_, signals, team, {}).groups;
   }
 
@@ -350,11 +240,11 @@ class Chooser {
       constexpr std::size_t step = 2;  // some 40 %
       for (std::size_t k = 0; k <= longest; k += step) {
         const std::size_t w = longest - k;
-        const std::optional<Pilot> fit = fitted_with(windows_[w], false);
-        if (!fit || rows_a_parameter_ < fewest_rows) {
+        const std::optional<Pilot> fit = fits_.fitted(windows_[w], false);
+        if (!fit || fits_.rows_a_parameter() < fewest_rows) {
           continue;
         }
-        if (best && rows_a_parameter_ > plenty) {
+        if (best && fits_.rows_a_parameter() > plenty) {
           break;
         }
         const Estimate estimate = anchored(fit->estimate);
@@ -394,7 +284,7 @@ class Chooser {
   // Σ_j a_j (tr(G_j C) + bᵀ G_j b) with G_j of the judged rows, bias b and covariance C.
   [[nodiscard]] double expected_squares(std::span<const RowGroup> judged, const Estimate& estimate,
                                         const Vector& chi) const {
-    const Vector bias = noise_bias(*problem_, estimate, chi);
+    const Vector bias = noise_bias(fits_.problem(), estimate, chi);
     const double torques =
         sum_of(judged, [&](const RowGroup& joint) { return joint.qr.y_norm() * joint.qr.y_norm(); });
     double out = 0.0;
@@ -408,25 +298,20 @@ class Chooser {
     return out;
   }
 
-  // Of all logs, also where a part stands for them.
-  [[nodiscard]] double rows_a_parameter(const Pilot& fit) const {
-    return static_cast<double>(fit.estimate.rows) / part_of_samples_ /
-           static_cast<double>(fit.estimate.chi.size());
-  }
-
   // The window that the fit at another one asks for.
   [[nodiscard]] std::size_t wanted(const Pilot& fit, std::size_t at) const {
     const Vector& chi = fit.estimate.chi;
     const std::vector<double>& weights = fit.estimate.weights;
-    const NoiseSensitivity sensitivity(robot_, problem_->base, logs_, problem_->signals, problem_->data, chi);
+    const NoiseSensitivity sensitivity(robot_, fits_.problem().base, logs_, fits_.problem().signals,
+                                       fits_.problem().data, chi);
     const Matrix& bread = fit.estimate.unit_covariance;
     const Vector sigma = fit.sigma();
     const auto here = sensitivity.effect(noise_with(windows_[at]), weights);
     // Of a window of one sample, as far as stretches of motion do not end within.
-    const double of_samples = rows_a_parameter(fit) * windows_[at];
+    const double of_samples = fits_.rows_a_parameter(fit) * windows_[at];
     double rows_a_column = std::numeric_limits<double>::infinity();
     for (std::size_t j = 0; j < still_.size(); ++j) {
-      const RowGroup& joint = problem_->data.groups[j];
+      const RowGroup& joint = fits_.problem().data.groups[j];
       rows_a_column = still_[j] != 0
                           ? rows_a_column
                           : std::min(rows_a_column, static_cast<double>(joint.qr.rows()) * windows_[at] /
@@ -478,43 +363,12 @@ class Chooser {
     return std::abs(from_half) < lag_sigmas && (std::abs(from_none) > lag_sigmas || log_odds > 0.0);
   }
 
-  void compare(const Pilot& fit, std::size_t at, RowChoice& out) {
-    const Vector sigma = fit.sigma();
-    const Vector bias = noise_bias(*problem_, fit.estimate, fit.estimate.chi);
-    const auto moved_at = [&](int n_d) {
-      const auto other = n_d == windows_[at] ? std::nullopt : fitted_with(n_d, false);
-      if (!other || other->estimate.rank < bias.size()) {
-        return WindowShift{};
-      }
-      const Vector change = other->estimate.chi - fit.estimate.chi;
-      const Vector by_noise = noise_bias(*problem_, other->estimate, fit.estimate.chi) - bias;
-      Vector beyond = (change.cwiseAbs() - by_noise.cwiseAbs()).cwiseMax(0.0);
-      const double by_sigma =
-          by_noise.cwiseQuotient(sigma).norm() / std::sqrt(static_cast<double>(beyond.size()));
-      beyond *= by_sigma > drowned ? 0.0 : 1.0;
-      Index worst = 0;
-      WindowShift found{.largest = change.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&worst),
-                        .parameter = problem_->base.parameters[static_cast<std::size_t>(worst)].name,
-                        .change = change,
-                        .beyond_noise = beyond.cwiseProduct(change.cwiseSign())};
-      found.largest *= change[worst] < 0.0 ? -1.0 : 1.0;
-      return found;
-    };
-    out.at_half = moved_at(std::max(windows_[at] / 2, 1));
-    out.at_double = moved_at(2 * windows_[at]);
-  }
-
   const Robot& robot_;
-  std::vector<Log> parts_;  // empty where the logs are taken whole
+  PilotFits fits_;
   std::span<const Log> logs_;
-  double part_of_samples_;           // that these have of all
   std::vector<std::uint8_t> still_;  // joints that stand, one a joint
   std::vector<std::vector<PositionNoise>> noise_;
   std::vector<int> windows_;
-  Estimation options_;                          // of all fits, but for the window
-  Estimation pilot_;                            // of the last one
-  std::unique_ptr<EstimationProblem> problem_;  // of the last one
-  double rows_a_parameter_ = 0.0;               // of the last one, 0 where its rows were refused
 };
 
 std::string reason(const RowChoice& choice) {
@@ -567,28 +421,51 @@ void report_noise(const std::vector<ParameterEstimate>& parameters, RowChoice& c
   choice.reason = reason(choice);
 }
 
-namespace {
-
-RowChoice row_choice(const Robot& robot, std::span<const Log> logs, Estimation& estimation, bool compared) {
+RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
   std::vector<Log> room;
   Estimation of_stretch = estimation;
   of_stretch.signal.window.reset();
   Chooser chooser(robot, within_window(logs, estimation.signal, room), of_stretch);
-  RowChoice out = chooser.chosen(compared);
+  RowChoice out = chooser.chosen();
   const auto window = estimation.signal.window;
   estimation.signal = chooser.signal();
   estimation.signal.window = window;
   return out;
 }
 
-}  // namespace
-
-RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
-  return row_choice(robot, logs, estimation, true);
-}
-
-void take_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
-  static_cast<void>(row_choice(robot, logs, estimation, false));
+void compare_windows(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
+                     const LoadPoint& load, RowChoice& choice) {
+  std::vector<Log> room;
+  Estimation of_stretch = estimation;
+  of_stretch.signal.window.reset();
+  PilotFits fits(robot, within_window(logs, estimation.signal, room), of_stretch, load);
+  const std::optional<Pilot> fit = fits.fitted(choice.decimation, true);
+  if (!fit || fit->estimate.rank < fit->estimate.chi.size()) {
+    return;
+  }
+  const Vector sigma = fit->sigma();
+  const Vector bias = noise_bias(fits.problem(), fit->estimate, fit->estimate.chi);
+  const auto moved_at = [&](int n_d) {
+    const auto other = n_d == choice.decimation ? std::nullopt : fits.fitted(n_d, false);
+    if (!other || other->estimate.rank < bias.size()) {
+      return WindowShift{};
+    }
+    const Vector change = other->estimate.chi - fit->estimate.chi;
+    const Vector by_noise = noise_bias(fits.problem(), other->estimate, fit->estimate.chi) - bias;
+    Vector beyond = (change.cwiseAbs() - by_noise.cwiseAbs()).cwiseMax(0.0);
+    const double by_sigma =
+        by_noise.cwiseQuotient(sigma).norm() / std::sqrt(static_cast<double>(beyond.size()));
+    beyond *= by_sigma > drowned ? 0.0 : 1.0;
+    Index worst = 0;
+    WindowShift found{.largest = change.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&worst),
+                      .parameter = fits.problem().base.parameters[static_cast<std::size_t>(worst)].name,
+                      .change = change,
+                      .beyond_noise = beyond.cwiseProduct(change.cwiseSign())};
+    found.largest *= change[worst] < 0.0 ? -1.0 : 1.0;
+    return found;
+  };
+  choice.at_half = moved_at(std::max(choice.decimation / 2, 1));
+  choice.at_double = moved_at(2 * choice.decimation);
 }
 
 }  // namespace rivid::detail

@@ -17,8 +17,11 @@ namespace rivid::detail {
 // expected to predict torques best.
 [[nodiscard]] RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation);
 
-// The same, where nobody asks how the estimate moves at other windows.
-void take_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation);
+// How an estimate by weighted least squares moves where the windows are half and twice as long.
+//
+// load  of friction that follows the load: the point that the rows are the tangent at
+void compare_windows(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
+                     const LoadPoint& load, RowChoice& choice);
 
 // Fills in what parameters from these rows say of their noise, and the sentence.
 void report_noise(const std::vector<ParameterEstimate>& parameters, RowChoice& choice);

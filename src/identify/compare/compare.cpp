@@ -228,7 +228,7 @@ Comparison compare(std::span<const ComparedModel> models, std::span<const Log> l
   Estimation estimation{.method = Wls{}, .signal = options.signal};
   estimation.threads = options.threads;
   if (options.signal.automatic()) {
-    detail::take_rows(without_load(models.front().robot), logs, estimation);
+    static_cast<void>(detail::choose_rows(without_load(models.front().robot), logs, estimation));
   }
   Comparison out;
   out.signal = estimation.signal;

@@ -46,31 +46,18 @@ Matrix row_shifts(const Answer& answer, Findings& out) {
   const Vector sigma = inference.uncertainty.C.diagonal().cwiseSqrt();
   std::string moved;
   double most_moved = 0.0;
-  // The windows were chosen with friction that does not follow the load.
-  const BaseParameters chosen = base_parameters(without_load(problem.robot));
-  const auto mapped = [&](const Vector& of_chosen) {
-    Vector shift = Vector::Zero(b);
-    for (Index i = 0, k = 0; i < b && k < of_chosen.size(); ++i) {
-      if (problem.base.parameters[static_cast<std::size_t>(i)].name ==
-          chosen.parameters[static_cast<std::size_t>(k)].name) {
-        shift[i] = of_chosen[k++];
-      }
-    }
-    return shift;
-  };
   if (inference.noise_bias.size() > 0) {
     const Vector& change = answer.rows->at_double.change;
-    add(change.size() == chosen.size()
-            ? borne_out(inference.noise_bias, mapped(change), sigma) * inference.noise_bias
-            : inference.noise_bias);
+    add(change.size() == b ? borne_out(inference.noise_bias, change, sigma) * inference.noise_bias
+                           : inference.noise_bias);
   }
   for (const auto& [window, where] :
        {std::pair(&answer.rows->at_half, "half"), {&answer.rows->at_double, "double"}}) {
     constexpr double beyond_chance = 3.0;  // σ of the parameter; a choice: intervals of 2 σ do not cover it
-    if (window->beyond_noise.size() != chosen.size()) {
+    if (window->beyond_noise.size() != b) {
       continue;
     }
-    const Vector shift = mapped(window->beyond_noise);
+    const Vector& shift = window->beyond_noise;
     Index most = 0;
     if (const double largest = shift.cwiseAbs().cwiseQuotient(sigma).maxCoeff(&most);
         largest > beyond_chance) {

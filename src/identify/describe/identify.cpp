@@ -135,6 +135,9 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
                       ? answered_by_suitable_method(robot, logs, estimation)
                       : answered(robot, logs, estimation);
   answer.rows = std::move(rows);
+  if (answer.rows) {
+    detail::compare_windows(robot, logs, estimation, answer.problem->base.load, *answer.rows);
+  }
   if (asked.judge && !logs.empty()) {
     answer.inference.fit.reference_error = detail::reference_error(
         robot, answer.problem->base, logs, answer.inference.chi, *answer.problem->team);

@@ -89,7 +89,7 @@ SignalOptions chosen_signal(const Robot& robot, std::span<const Log> logs, const
   for (const Log& log : logs) {
     detail::require_joints("position", log.q, robot, log);
   }
-  detail::take_rows(without_load(robot), logs, chosen);
+  static_cast<void>(detail::choose_rows(without_load(robot), logs, chosen));
   return chosen.signal;
 }
 

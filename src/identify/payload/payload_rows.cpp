@@ -26,7 +26,7 @@ std::vector<PayloadLog> stacked_rows(const Robot& robot, const PayloadColumns& c
                                      Estimation& estimation) {
   estimation.method = Wls{};
   if (estimation.signal.automatic()) {
-    take_rows(robot, without.empty() ? with.front().logs : without, estimation);
+    static_cast<void>(choose_rows(robot, without.empty() ? with.front().logs : without, estimation));
   }
   ThreadTeam team(estimation.threads);
   std::vector<PayloadLog> out;
