@@ -89,9 +89,10 @@ Index longest_window(std::span<const Log> logs) {
 
 class Chooser {
  public:
-  Chooser(const Robot& robot, std::span<const Log> logs, const Estimation& asked)
+  Chooser(const Robot& robot, std::span<const Log> logs, const Estimation& asked, const LoadPoint& load)
       : robot_(robot),
-        fits_(robot, logs, asked),
+        load_(load),
+        fits_(robot, logs, asked, load),
         logs_(fits_.logs()),
         still_(hardly_moving(robot, squared_velocities(logs_, robot.size()))),
         noise_(position_noise(logs_)),
@@ -226,7 +227,9 @@ class Chooser {
     const int n_d = std::max(static_cast<int>(std::lround(judged_spacing * logs_.front().f_m)), 1);
     const std::vector<SignalOptions> signals(logs_.size(), fits_.with(n_d));
     ThreadTeam team(fits_.options().threads);
-    return all_factors(robot_, base_parameters(robot_), logs_, signals, team, {}).groups;
+    BaseParameters base = base_parameters(robot_);
+    base.load = load_;
+    return all_factors(robot_, base, logs_, signals, team, {}).groups;
   }
 
   // Of the windows up to this one, that whose estimate is expected to predict torques best: by the bias of
@@ -364,6 +367,7 @@ class Chooser {
   }
 
   const Robot& robot_;
+  const LoadPoint& load_;
   PilotFits fits_;
   std::span<const Log> logs_;
   std::vector<std::uint8_t> still_;  // joints that stand, one a joint
@@ -421,11 +425,12 @@ void report_noise(const std::vector<ParameterEstimate>& parameters, RowChoice& c
   choice.reason = reason(choice);
 }
 
-RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation) {
+RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation,
+                      const LoadPoint& load) {
   std::vector<Log> room;
   Estimation of_stretch = estimation;
   of_stretch.signal.window.reset();
-  Chooser chooser(robot, within_window(logs, estimation.signal, room), of_stretch);
+  Chooser chooser(robot, within_window(logs, estimation.signal, room), of_stretch, load);
   RowChoice out = chooser.chosen();
   const auto window = estimation.signal.window;
   estimation.signal = chooser.signal();

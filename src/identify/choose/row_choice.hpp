@@ -15,11 +15,12 @@ namespace rivid::detail {
 // more than a small part of its σ and makes up no more than a small part of any joint's residual. Where that
 // leaves few rows a parameter, or does not determine all, it is the window up to there whose estimate is
 // expected to predict torques best.
-[[nodiscard]] RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation);
-
-// How an estimate by weighted least squares moves where the windows are half and twice as long.
 //
 // load  of friction that follows the load: the point that the rows are the tangent at
+[[nodiscard]] RowChoice choose_rows(const Robot& robot, std::span<const Log> logs, Estimation& estimation,
+                                    const LoadPoint& load = {});
+
+// How an estimate by weighted least squares moves where the windows are half and twice as long.
 void compare_windows(const Robot& robot, std::span<const Log> logs, const Estimation& estimation,
                      const LoadPoint& load, RowChoice& choice);
 

@@ -131,9 +131,21 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
   if (!logs.empty() && asked.signal.automatic() && !asked.complaint(robot)) {
     rows = detail::choose_rows(without_load(robot), logs, estimation);
   }
-  Answer answer = std::holds_alternative<Auto>(asked.method)
-                      ? answered_by_suitable_method(robot, logs, estimation)
-                      : answered(robot, logs, estimation);
+  const auto answer_now = [&] {
+    return std::holds_alternative<Auto>(estimation.method)
+               ? answered_by_suitable_method(robot, logs, estimation)
+               : answered(robot, logs, estimation);
+  };
+  Answer answer = answer_now();
+  // Friction that follows the load is known now, and what it left rows had to be chosen for no more.
+  if (Estimation again = asked; rows && has_load(robot)) {
+    rows = detail::choose_rows(robot, logs, again, answer.problem->base.load);
+    if (again.signal.decimation != estimation.signal.decimation ||
+        again.signal.torque_held != estimation.signal.torque_held) {
+      estimation = std::move(again);
+      answer = answer_now();
+    }
+  }
   answer.rows = std::move(rows);
   if (answer.rows) {
     detail::compare_windows(robot, logs, estimation, answer.problem->base.load, *answer.rows);
