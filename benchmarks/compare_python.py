@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """rivid identify against ols_python.py, from the start of the process to the printed result.
 
-    python3 compare_python.py RIVID [--samples N] [--decimation N] [--repeat N] [--python PYTHON]
+    python3 compare_python.py RIVID [--samples N] [--decimation N] [--drafted] [--repeat N] [--python PYTHON]
 
 Both get the same robot of seven joints and the same log of N samples at 1 kHz (default 2000: a cold start), in turns.
+rivid's experiment has the settings of the Python program or, with --drafted, those of `rivid init`.
 Prints medians and ratios of the whole commands and of the most memory that the processes held, and the median of the
 part of the Python program between arrays and parameters. Both this program and PYTHON need numpy, scipy and pin.
 """
@@ -90,6 +91,7 @@ def main():
     parser.add_argument("program")
     parser.add_argument("--samples", type=int, default=2000)
     parser.add_argument("--decimation", type=int, default=1)
+    parser.add_argument("--drafted", action="store_true")
     parser.add_argument("--repeat", type=int, default=11)
     parser.add_argument("--python", default=sys.executable)
     arguments = parser.parse_args()
@@ -99,7 +101,10 @@ def main():
         folder = pathlib.Path(name)
         write_robot(folder / "arm.urdf")
         write_log(folder / "log.csv", folder / "arm.urdf", arguments.samples)
-        write_experiment(folder / "arm.toml", arguments.decimation)
+        if arguments.drafted:
+            run([program, "init", "arm.urdf", "log.csv", "-o", "arm.toml"], folder)
+        else:
+            write_experiment(folder / "arm.toml", arguments.decimation)
         ours, theirs = [], []
         for _ in range(arguments.repeat):
             ours.append(run([program, "identify", "arm.toml", "--quiet"], folder))

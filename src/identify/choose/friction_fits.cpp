@@ -173,10 +173,10 @@ double FrictionFits::turn(const Vector& theta, const Vector& wanted) {
     const Vector change = (turned - s.turned)(changed);
     const Matrix L = change.asDiagonal() * s.rigid(changed, Eigen::all);
     const Matrix WL = s.W(changed, Eigen::all).transpose() * L;
-    const Vector Ly = L.transpose() * s.y(changed);
+    const Vector on_y = L.transpose() * s.y(changed);
     for (JointSums* const sums : {&s.sums, &all_[s.joint]}) {
       sums->WL += WL;
-      sums->Ly += Ly;
+      sums->Ly += on_y;
     }
     s.turned = turned;
     count += static_cast<double>(changed.size());
@@ -196,18 +196,18 @@ void FrictionFits::step(std::span<const JointSums> sums, const Vector& wanted, L
     const Index f = b_ + j;
     const double Fl = fit.theta[f];
     Matrix SS = joint.WW;
-    Vector Sy = joint.Wy;
+    Vector of_y = joint.Wy;
     Vector by_load;  // LL χ
-    Vector to_Fl;
+    Vector to_load;
     if (wanted[f] > 0.0) {
       by_load = joint.LL * chi;
       SS += Fl * (joint.WL + joint.WL.transpose()) + Fl * Fl * joint.LL;
-      Sy += Fl * joint.Ly;
-      to_Fl = joint.WL * chi;
-      to_Fl += Fl * by_load;
+      of_y += Fl * joint.Ly;
+      to_load = joint.WL * chi;
+      to_load += Fl * by_load;
     }
-    const Vector left = Sy - SS * chi;
-    const double squares = std::max(joint.yy - chi.dot(Sy + left), rounding * joint.yy);
+    const Vector left = of_y - SS * chi;
+    const double squares = std::max(joint.yy - chi.dot(of_y + left), rounding * joint.yy);
     if (!first && squares > 0.0) {
       fit.weights[j] = std::sqrt(static_cast<double>(joint.rows) / squares);
     }
@@ -215,10 +215,10 @@ void FrictionFits::step(std::span<const JointSums> sums, const Vector& wanted, L
     fit.A(columns, columns) += weight * SS;
     slope(columns) += weight * left;
     if (wanted[f] > 0.0) {
-      fit.A(columns, f) = weight * to_Fl;
-      fit.A(f, columns) = weight * to_Fl.transpose();
+      fit.A(columns, f) = weight * to_load;
+      fit.A(f, columns) = weight * to_load.transpose();
       fit.A(f, f) = weight * chi.dot(by_load);
-      slope[f] = weight * (chi.dot(joint.Ly) - chi.dot(to_Fl));
+      slope[f] = weight * (chi.dot(joint.Ly) - chi.dot(to_load));
     }
   }
   fit.A = (wanted.asDiagonal() * fit.A * wanted.asDiagonal()).eval();
