@@ -137,7 +137,7 @@ Identification identify(const Robot& robot, std::span<const Log> logs, const Est
                : answered(robot, logs, estimation);
   };
   Answer answer = answer_now();
-  // Friction that follows the load is known now, and what it left rows had to be chosen for no more.
+  // The window suited residuals in which friction that follows the load was left; now it is known.
   if (Estimation again = asked; rows && has_load(robot)) {
     rows = detail::choose_rows(robot, logs, again, answer.problem->base.load);
     if (again.signal.decimation != estimation.signal.decimation ||
