@@ -1,8 +1,9 @@
 #!/bin/sh
 # Installs what packages.txt lists and the packages that are named behind it, on Debian 12 and 13, and with
-# pip into build/venv what the Python package is built and tested with, python/requirements-test.txt, and what builds the
-# documentation, docs/site/requirements.txt. It says what it installs, which may take minutes; where everything is installed
-# already it is silent and touches neither the network nor sudo. Where pip fails, the Python package is left out, unless CI is set.
+# pip into build/venv what the Python package is built and tested with, python/requirements-test.txt, and what
+# builds the documentation, docs/site/requirements.txt. It says what it installs, which may take minutes;
+# where everything is installed already it is silent and touches neither the network nor sudo. Where pip
+# fails, the Python package is left out, unless CI is set.
 set -eu
 cd "$(dirname "$0")"
 

@@ -51,8 +51,8 @@ JudgedModel opened(const Path& given) {
                           : std::nullopt};
 }
 
-// How logs are read: by the file of the flag, else by that of the first result. A result of a program without one
-// has the usual names of columns.
+// How logs are read: by the file of the flag, else by that of the first result. A result of a program without
+// one has the usual names of columns.
 Experiment experiment_of(const CompareArguments& arguments, const std::vector<JudgedModel>& models) {
   if (!arguments.experiment.empty()) {
     return read_experiment(arguments.experiment, Use::identification, arguments.set);

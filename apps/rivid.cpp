@@ -183,8 +183,8 @@ int play_command(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace rivid::apps;
 #ifdef __GLIBC__
-  // Matrices come and go. Where each gave its pages back, the kernel's zeroing of new ones would take a fifth of
-  // a short run.
+  // Matrices come and go. Where each gave its pages back, the kernel's zeroing of new ones would take a fifth
+  // of a short run.
   constexpr int large = 1 << 25;
   mallopt(M_MMAP_THRESHOLD, large);
   mallopt(M_TRIM_THRESHOLD, 4 * large);

@@ -252,8 +252,8 @@ int run_command(const Command& command, int argc, char** argv, const std::functi
 
 namespace {
 
-// An arena of the allocator reserves 64 MB of addresses for each thread, of which a limit may leave too few for
-// the work itself.
+// An arena of the allocator reserves 64 MB of addresses for each thread, of which a limit may leave too few
+// for the work itself.
 void share_arenas_within_limits() {
 #ifdef M_ARENA_MAX
   rlimit addresses{};

@@ -1,6 +1,7 @@
 # cmake -DOUTPUT=… -DHEADER=… -DFILES=name=path|name=path -P EmbedFiles.cmake
 #
-# Writes a .cpp with one function a file that returns its content, rivid::detail::<name>(), declared in HEADER.
+# Writes a .cpp with one function a file that returns its content, rivid::detail::<name>(), declared in
+# HEADER.
 
 cmake_minimum_required(VERSION 3.25)
 

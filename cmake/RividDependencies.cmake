@@ -11,10 +11,10 @@
 #   NLopt       private: designs excitations by its method of moving asymptotes, MIT; without it RIVID_NLOPT is off
 #   libmd       private: SHA-256 of the input files, for the provenance of a result
 #
-# A user of the static library links the private ones too, so the installed package looks for them. A user of the shared
-# one does not: RIVID_PUBLIC_DEPENDENCIES_ONLY is set then.
-# Header-only libraries that are needed to build rivid but never to use it (toml++, nlohmann-json, CLI11) are found
-# where they are used and linked as $<BUILD_INTERFACE:…>, so that the installed package does not ask for them.
+# A user of the static library links the private ones too, so the installed package looks for them. A user of
+# the shared one does not: RIVID_PUBLIC_DEPENDENCIES_ONLY is set then. Header-only libraries that are needed
+# to build rivid but never to use it (toml++, nlohmann-json, CLI11) are found where they are used and linked
+# as $<BUILD_INTERFACE:…>, so that the installed package does not ask for them.
 
 include(CMakeFindDependencyMacro)
 
@@ -26,7 +26,8 @@ else()
   find_dependency(orocos_kdl)
   find_dependency(pugixml)
   find_dependency(Threads)
-  # SUNDIALS 7 as Debian 13 has it links MPI::MPI_C without looking for it, and a project in C++ alone could not.
+  # SUNDIALS 7 as Debian 13 has it links MPI::MPI_C without looking for it, and a project in C++ alone could
+  # not.
   find_file(RIVID_SUNDIALS_7 sundials/sundials_core.hpp)
   mark_as_advanced(RIVID_SUNDIALS_7)
   if(RIVID_SUNDIALS_7 AND NOT TARGET MPI::MPI_C)
@@ -73,8 +74,8 @@ if(NOT TARGET rivid::libmd)
   target_include_directories(rivid::libmd SYSTEM INTERFACE ${RIVID_LIBMD_INCLUDE_DIR})
 endif()
 
-# The static archives where there are any: the shared sunlinsoldense of Debian drags PETSc and a hundred packages into
-# whatever links it. SUNDIALS 7 has its common parts in `core`.
+# The static archives where there are any: the shared sunlinsoldense of Debian drags PETSc and a hundred
+# packages into whatever links it. SUNDIALS 7 has its common parts in `core`.
 if(NOT TARGET rivid::cvode)
   add_library(rivid::cvode INTERFACE IMPORTED)
   foreach(part IN ITEMS cvode nvecserial sunmatrixdense sunlinsoldense core)

@@ -56,7 +56,8 @@ function(rivid_tidy target)
   endif()
 endfunction()
 
-# A SUNDIALS that was built with MPI gets the names that it asks for, so that no libmpi is loaded: see src/without_mpi.cpp.
+# A SUNDIALS that was built with MPI gets the names that it asks for, so that no libmpi is loaded: see
+# src/without_mpi.cpp.
 function(rivid_without_mpi target)
   if(RIVID_SUNDIALS_7)
     target_sources(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src/without_mpi.cpp)

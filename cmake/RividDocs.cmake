@@ -1,7 +1,8 @@
-# The documentation site: target `docs`, in docs_site of the build folder, and target `figures`, which draws docs/figures anew.
-# RIVID_DOCS_ABSENT says what is missing for them, empty where nothing is.
+# The documentation site: target `docs`, in docs_site of the build folder, and target `figures`, which draws
+# docs/figures anew. RIVID_DOCS_ABSENT says what is missing for them, empty where nothing is.
 #
-# The interpreter is RIVID_DOCS_PYTHON, else that of build/venv where install-packages.sh has made it, else the first in PATH.
+# The interpreter is RIVID_DOCS_PYTHON, else that of build/venv where install-packages.sh has made it, else
+# the first in PATH.
 
 set(RIVID_DOCS_ABSENT "")
 if(NOT RIVID_BUILD_TESTS OR NOT RIVID_BUILD_APPS OR RIVID_SANITIZE)

@@ -1,5 +1,5 @@
-# Target `doxygen`, where that program is: pages of the public headers in doxygen/html of the build folder. Warnings are
-# errors.
+# Target `doxygen`, where that program is: pages of the public headers in doxygen/html of the build folder.
+# Warnings are errors.
 
 find_program(RIVID_DOXYGEN doxygen DOC "Doxygen, for the pages of the headers")
 mark_as_advanced(RIVID_DOXYGEN)

@@ -1,5 +1,6 @@
-# rivid::headers: what a controller needs, for who links nothing but Eigen. These headers define all that they declare, and
-# include each other alone, as cmake/check_layering.cmake checks; rivid::rivid has what they define in its archive.
+# rivid::headers: what a controller needs, for who links nothing but Eigen. These headers define all that they
+# declare, and include each other alone, as cmake/check_layering.cmake checks; rivid::rivid has what they
+# define in its archive.
 set(rivid_header_names
     error
     fields

@@ -1,5 +1,5 @@
-# `cmake --install`: the library, its headers, and what find_package(rivid) and pkg-config find wherever the prefix is
-# moved to. Debian packages are made of it by `debian/`.
+# `cmake --install`: the library, its headers, and what find_package(rivid) and pkg-config find wherever the
+# prefix is moved to. Debian packages are made of it by `debian/`.
 
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)

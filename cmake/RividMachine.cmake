@@ -1,5 +1,6 @@
-# Refuses what rivid does not run on before a compiler says so in other words: a log has more bytes than 32 bits address, and what is read and written
-# byte by byte (packed numbers of pages, NumPy files, the reader of numbers) is little-endian. Neither kind of machine was ever tested.
+# Refuses what rivid does not run on before a compiler says so in other words: a log has more bytes than 32
+# bits address, and what is read and written byte by byte (packed numbers of pages, NumPy files, the reader of
+# numbers) is little-endian. Neither kind of machine was ever tested.
 
 if(CMAKE_SIZEOF_VOID_P AND NOT CMAKE_SIZEOF_VOID_P EQUAL 8)
   math(EXPR bits "8 * ${CMAKE_SIZEOF_VOID_P}")

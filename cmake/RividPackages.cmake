@@ -1,5 +1,5 @@
-# Names the packages of packages.txt that are not installed, where dpkg can tell: what a build without them stops at is a name of
-# CMake's. Their like may come from elsewhere, so that this is no error.
+# Names the packages of packages.txt that are not installed, where dpkg can tell: what a build without them
+# stops at is a name of CMake's. Their like may come from elsewhere, so that this is no error.
 
 find_program(RIVID_DPKG_QUERY dpkg-query)
 mark_as_advanced(RIVID_DPKG_QUERY)

@@ -1,5 +1,6 @@
-# Whether the Python package is built, and what for it: RIVID_PYTHON is ON, OFF, or AUTO, which builds it where Python's headers
-# and nanobind are there, and for its tests NumPy and pytest. RIVID_PYTHON_ABSENT says what is missing, empty where nothing is.
+# Whether the Python package is built, and what for it: RIVID_PYTHON is ON, OFF, or AUTO, which builds it
+# where Python's headers and nanobind are there, and for its tests NumPy and pytest. RIVID_PYTHON_ABSENT says
+# what is missing, empty where nothing is.
 #
 # The interpreter is that of build/venv where install-packages.sh has made it, else the first in PATH.
 

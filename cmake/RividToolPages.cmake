@@ -1,5 +1,5 @@
-# Man pages and completions of the tools, made from their --help when they are built. A cross-compiled tool can not be
-# asked, and gets none.
+# Man pages and completions of the tools, made from their --help when they are built. A cross-compiled tool
+# can not be asked, and gets none.
 
 include(GNUInstallDirs)
 
@@ -9,8 +9,8 @@ set(RIVID_ZSH_COMPLETIONS ${CMAKE_INSTALL_DATADIR}/zsh/site-functions
     CACHE STRING "Folder for completions of zsh, below the prefix")
 mark_as_advanced(RIVID_BASH_COMPLETIONS RIVID_ZSH_COMPLETIONS)
 
-# rivid_tool_pages(TOOLS…): TOOL.1, completions/TOOL for bash and completions/_TOOL for zsh, in the current binary
-# folder.
+# rivid_tool_pages(TOOLS…): TOOL.1, completions/TOOL for bash and completions/_TOOL for zsh, in the current
+# binary folder.
 function(rivid_tool_pages)
   if(CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR)
     return()

@@ -1,7 +1,8 @@
 # cmake -DSOURCE_DIR=… -P check_equations.cmake
 #
-# tests/paper/equations.md has a row for each of the equations (1) to (52), and two for (22) and (27), which the paper numbers twice.
-# A row is theory, or it names functions that a public header has, and tests, whose existence check_named_tests.cmake looks at.
+# tests/paper/equations.md has a row for each of the equations (1) to (52), and two for (22) and (27), which
+# the paper numbers twice. A row is theory, or it names functions that a public header has, and tests, whose
+# existence check_named_tests.cmake looks at.
 
 cmake_minimum_required(VERSION 3.25)
 

@@ -1,7 +1,8 @@
 # cmake -DREADERS=src/experiment -DDOCS=docs -P check_experiment_page.cmake
 #
-# Every key that the readers of experiment files in that folder look up by name stands in a list or a table of experiment.md or
-# experiment_more.md, or as a section in a heading. Those that they take from the fields of a record are checked by tests/report/page_tables_test.cpp.
+# Every key that the readers of experiment files in that folder look up by name stands in a list or a table of
+# experiment.md or experiment_more.md, or as a section in a heading. Those that they take from the fields of a
+# record are checked by tests/report/page_tables_test.cpp.
 
 cmake_minimum_required(VERSION 3.25)
 

@@ -1,4 +1,4 @@
-# cmake -DSOURCE_DIR=… -DPROGRAM=<rivid> -DDATA=<real data> -DC_COMPILER=… -DOUTPUT=<folder> -P check_guide.cmake
+# cmake -DSOURCE_DIR=… -DPROGRAM=<rivid> -DDATA=<real data> -DC_COMPILER=… -DOUTPUT=… -P check_guide.cmake
 #
 # The commands of docs/guide.md, on its experiment file and its data, print every line that the page shows.
 

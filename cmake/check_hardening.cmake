@@ -1,5 +1,5 @@
-# A tool binds all symbols when it starts and may not write to its tables of them; functions of the library that it is linked with, parsers
-# among them, check their stack.
+# A tool binds all symbols when it starts and may not write to its tables of them; functions of the library
+# that it is linked with, parsers among them, check their stack.
 #
 # cmake -DREADELF=… -DOBJDUMP=… -DPROGRAM=… -P check_hardening.cmake
 
@@ -12,8 +12,8 @@ endforeach()
 if(NOT PROGRAM MATCHES "[.]so$" AND NOT parts MATCHES "Flags:.*PIE")
   message(FATAL_ERROR "${PROGRAM}: readelf shows no PIE")
 endif()
-# Functions of rivid::, those of the tool itself aside, that end in a call where their stack was overwritten. Each of these parsers has
-# an array on its stack.
+# Functions of rivid::, those of the tool itself aside, that end in a call where their stack was overwritten.
+# Each of these parsers has an array on its stack.
 execute_process(
   COMMAND ${OBJDUMP} --disassemble --no-show-raw-insn --section=.text ${PROGRAM}
   COMMAND awk "/^[0-9a-f]+ </ { name = $2 } /__stack_chk_fail/ && name ~ /_ZNK?5rivid/ && name !~ /5rivid4apps/ { print name }"

@@ -49,7 +49,8 @@ endmacro()
 
 file(GLOB_RECURSE files RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/include/rivid/*.hpp ${SOURCE_DIR}/src/*.hpp
      ${SOURCE_DIR}/src/*.cpp)
-# Classes of headers under src/ that have one name are one class to the linker, whatever their files: names are unique.
+# Classes of headers under src/ that have one name are one class to the linker, whatever their files: names
+# are unique.
 set(classes "")
 foreach(file IN LISTS files)
   if(file STREQUAL "include/rivid/rivid.hpp")

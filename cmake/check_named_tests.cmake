@@ -1,6 +1,7 @@
 # cmake -DSOURCE_DIR=… -P check_named_tests.cmake
 #
-# Tests and examples that a page or the list of slow tests names exist: `Suite.Name`, `Suite.*` and `example_name`.
+# Tests and examples that a page or the list of slow tests names exist: `Suite.Name`, `Suite.*` and
+# `example_name`.
 
 cmake_minimum_required(VERSION 3.25)
 

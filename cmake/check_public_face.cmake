@@ -1,7 +1,7 @@
 # cmake -DINCLUDE_DIR=… -P check_public_face.cmake
 #
-# Who includes rivid/rivid.hpp has all of the library: every public header is reached from there, or stands here with
-# its reason.
+# Who includes rivid/rivid.hpp has all of the library: every public header is reached from there, or stands
+# here with its reason.
 
 cmake_minimum_required(VERSION 3.25)
 

@@ -1,7 +1,7 @@
 # cmake -DSOURCE_DIR=… -DPROGRAM=<rivid_identify> -DOUTPUT=<folder> -P check_readme.cmake
 #
-# docs/api.md shows examples/01_identify.cpp as it is, docs/first_steps.md its parameters as they are printed, and README.md lines
-# of its first screen. The README has 120 lines at most.
+# docs/api.md shows examples/01_identify.cpp as it is, docs/first_steps.md its parameters as they are printed,
+# and README.md lines of its first screen. The README has 120 lines at most.
 
 cmake_minimum_required(VERSION 3.25)
 

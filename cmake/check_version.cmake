@@ -1,7 +1,7 @@
 # cmake -DSOURCE_DIR=… -DVERSION=<project version> -P check_version.cmake
 #
-# The version of the project, of CITATION.cff and of the newest section of CHANGELOG.md are one, and so is what
-# README.md calls the package.
+# The version of the project, of CITATION.cff and of the newest section of CHANGELOG.md are one, and so is
+# what README.md calls the package.
 
 cmake_minimum_required(VERSION 3.25)
 

@@ -1,8 +1,8 @@
 #!/bin/sh
 # packaging/debian.sh
 #
-# Makes the Debian source and binary packages of the commit in build/debian, and has them read by lintian. It needs, besides packages.txt:
-# ./install-packages.sh debhelper dh-python lintian
+# Makes the Debian source and binary packages of the commit in build/debian, and has them read by lintian. It
+# needs, besides packages.txt: ./install-packages.sh debhelper dh-python lintian
 set -eu
 cd "$(dirname "$0")/.."
 version=$(sed -n 's/^project(rivid VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)

@@ -1,9 +1,10 @@
 #!/bin/sh
 # packaging/in_root.sh SUITE WORK COMMAND...
 #
-# Runs COMMAND in a clone of the commit, in a root of Debian (SUITE: bookworm, trixie) that has nothing but what the build and a release need:
-# packaging/in_root.sh trixie /var/tmp/trixie packaging/debian.sh. The clone is left in WORK/root/rivid; a root that is in WORK is used again.
-# As root, with mmdebstrap and network.
+# Runs COMMAND in a clone of the commit, in a root of Debian (SUITE: bookworm, trixie) that has nothing but
+# what the build and a release need: packaging/in_root.sh trixie /var/tmp/trixie packaging/debian.sh. The
+# clone is left in WORK/root/rivid; a root that is in WORK is used again. As root, with mmdebstrap and
+# network.
 set -eu
 [ -n "${RIVID_OWN_MOUNTS:-}" ] || RIVID_OWN_MOUNTS=1 exec unshare -m --propagation private "$0" "$@"
 suite=$1

@@ -1,9 +1,10 @@
 #!/bin/sh
 # packaging/release.sh [PYTHON...]
 #
-# Makes the files of a release in build/release, from a clean clone on Debian 12 or 13 with what debian.sh needs: tarball, source distribution,
-# a wheel for each PYTHON (python3), Debian source and binary packages, SBOM, SHA256SUMS. Each is checked, and too large ones are refused. Nothing is
-# uploaded. The wheel of a Python from 3.12 on serves all later ones.
+# Makes the files of a release in build/release, from a clean clone on Debian 12 or 13 with what debian.sh
+# needs: tarball, source distribution, a wheel for each PYTHON (python3), Debian source and binary packages,
+# SBOM, SHA256SUMS. Each is checked, and too large ones are refused. Nothing is uploaded. The wheel of a
+# Python from 3.12 on serves all later ones.
 set -eu
 cd "$(dirname "$0")/.."
 

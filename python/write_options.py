@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 '''
 
-# Class, base, first lines of its text, tables of its keys, keys that the class itself stands for, and what it has besides.
+# Class, base, first lines of its text, tables of its keys, keys that the class itself stands for, and what it
+# has besides.
 CONTROL = "Control law of the simulated loop and how it is sampled: {}."
 FIT = "{}, with the signal chain in front of it."
 OF_METHOD = ["signal", "method"]

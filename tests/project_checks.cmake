@@ -60,7 +60,8 @@ if(TARGET doxygen)
   add_test(NAME doxygen COMMAND ${RIVID_DOXYGEN} ${PROJECT_BINARY_DIR}/Doxyfile)
   set_tests_properties(doxygen PROPERTIES LABELS package)
 endif()
-# The documentation: its figures are drawn, with fewer simulations, and the site is built with them, links checked.
+# The documentation: its figures are drawn, with fewer simulations, and the site is built with them, links
+# checked.
 if(RIVID_DOCS_ABSENT)
   add_test(NAME docs COMMAND ${CMAKE_COMMAND} -E echo "skipped: ${RIVID_DOCS_ABSENT}")
   set_tests_properties(docs PROPERTIES LABELS docs SKIP_REGULAR_EXPRESSION "^skipped")

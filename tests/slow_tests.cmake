@@ -1,4 +1,5 @@
-# Tests of more than some ten seconds of a processor: they have the label `slow`, and the preset `test` leaves them to `nightly`.
+# Tests of more than some ten seconds of a processor: they have the label `slow`, and the preset `test` leaves
+# them to `nightly`.
 set(slow_tests
     DegenerateLogs.GiveAResultOrAReason
     Descriptions.AccuseNoLogThatIsRight

@@ -138,8 +138,8 @@ void guarded(Record& record, const Work& work) {
   }
 }
 
-// Mean over the joints of how much larger the fault makes their squared residuals. The twin has the same rows,
-// since the residual goes with the window.
+// Mean over the joints of how much larger the fault makes their squared residuals. The twin has the same
+// rows, since the residual goes with the window.
 double visible_share(const Name& name, const std::string& method, const Identification& result) {
   Name twin = name;
   twin.sound = true;

@@ -11,7 +11,8 @@ namespace rivid::odd {
 ///
 ///   F± = drift(t) (Fc± + Fs e^(−(q̇ / v_s)²) + load |τ| + Fl |M q̈ + N| + Fr |q̇| / (q̇² + v²)^¼)
 ///
-/// where + and − are directions of motion, τ the torque of the motor, and M q̈ + N that of what it moves; v = 1e-3.
+/// where + and − are directions of motion, τ the torque of the motor, and M q̈ + N that of what it moves; v =
+/// 1e-3.
 struct JointFriction {
   double Fv_plus = 0.0;  ///< viscous
   double Fv_minus = 0.0;

@@ -30,8 +30,8 @@ struct Truth {
   [[nodiscard]] Vector base_values(const BaseParameters& base) const;
 };
 
-/// Writes what a user would have: robot.urdf, log_1.csv, log_2.csv …, of which the last one is for validation.
-/// They follow from the name alone.
+/// Writes what a user would have: robot.urdf, log_1.csv, log_2.csv …, of which the last one is for
+/// validation. They follow from the name alone.
 Truth write_experiment(const Name& name, const std::filesystem::path& folder);
 
 /// A URDF of the arm, with limits of torque that the motions keep.

@@ -16,8 +16,8 @@
 #include "rivid/simulate/inverse_dynamics.hpp"
 #include "support/online.hpp"
 
-// An arm outside the library's models, for long shifts: links by inverse dynamics, and friction that no law of
-// rivid has, with ripple, Stribeck, stiction that is anything at rest, load and drift; quantised encoders.
+// An arm outside the library's models, for long shifts: links by inverse dynamics, and friction that no law
+// of rivid has, with ripple, Stribeck, stiction that is anything at rest, load and drift; quantised encoders.
 // Eigen alone is linked.
 namespace rivid::benchmarks {
 

@@ -300,8 +300,8 @@ struct Event {
   double shown = 0.0;  // Σ (torque that it adds to a drive's / noise of that)²
   double delay_state = -1.0;
 
-  // Part of such events that an observer sees which knows the arm, the friction of each tick and all of the push
-  // but whether it happens, with a false alarm an hour.
+  // Part of such events that an observer sees which knows the arm, the friction of each tick and all of the
+  // push but whether it happens, with a false alarm an hour.
   [[nodiscard]] double ideal() const {
     constexpr double quantile = 3.6;  // of one in the half seconds of an hour
     return 0.5 * std::erfc((quantile - std::sqrt(shown)) / std::numbers::sqrt2);
@@ -457,8 +457,8 @@ void contacts(const Settings& s) {
             << ' ' << c.glitches << std::endl;
 }
 
-// Half width of the mass's 95 % interval of one who knows the arm, that friction holds a joint by anything up to
-// `most`, and what it did: all payloads that leave no more than that to friction, by hit and run.
+// Half width of the mass's 95 % interval of one who knows the arm, that friction holds a joint by anything up
+// to `most`, and what it did: all payloads that leave no more than that to friction, by hit and run.
 double ideal_half_width(const Plant& plant, const std::vector<Vector>& poses, const std::vector<Vector>& held,
                         const Vector& most, std::mt19937_64& random) {
   const Index n = plant.robot.size();

@@ -1,5 +1,5 @@
-# What a tool says with --help, as variables. Man pages and completions are made from it, so that no list is kept by
-# hand.
+# What a tool says with --help, as variables. Man pages and completions are made from it, so that no list is
+# kept by hand.
 #
 # read_help(PREFIX COMMAND…) runs COMMAND… --help and sets
 #
@@ -14,14 +14,15 @@
 #   PREFIX_<k>_repeats                  whether more than one value may follow
 #   PREFIX_<k>_text                     the description
 #
-# Brackets and semicolons mean something in a CMake list: three control characters stand for them, which plain(VARIABLE)
-# turns back.
+# Brackets and semicolons mean something in a CMake list: three control characters stand for them, which
+# plain(VARIABLE) turns back.
 
 string(ASCII 28 stands_for_semicolon)
 string(ASCII 29 stands_for_opening)
 string(ASCII 30 stands_for_closing)
 
-# What help calls a link of an old name: rivid_excite is "rivid excite"; subcommands of rivid_identify are rivid's own.
+# What help calls a link of an old name: rivid_excite is "rivid excite"; subcommands of rivid_identify are
+# rivid's own.
 function(name_in_help out tool)
   string(REGEX REPLACE "^rivid_identify$" "rivid" tool "${tool}")
   string(REGEX REPLACE "^rivid_montecarlo$" "rivid study" tool "${tool}")
@@ -148,8 +149,8 @@ macro(read_whole_help)
   endforeach()
 endmacro()
 
-# completion_of(OUT ENTRY WORDS FOLDERS ENDING FILES NOTHING): which of these completes the value of an entry; @ in it
-# becomes the words, or the ending.
+# completion_of(OUT ENTRY WORDS FOLDERS ENDING FILES NOTHING): which of these completes the value of an entry;
+# @ in it becomes the words, or the ending.
 function(completion_of out entry words folders ending files nothing)
   set(value "${${entry}_value}")
   set(what "")

@@ -66,7 +66,8 @@ class Plant:
         return q + qd / RATE, qd
 
 
-# What an identification would say, each parameter to 1 %; OnlineModel.from_result("result.json") takes it from a file.
+# What an identification would say, each parameter to 1 %; OnlineModel.from_result("result.json") takes it
+# from a file.
 chi = robot.base_parameters().from_standard(list(empty.values()))
 covariance = np.diag(np.maximum(1e-4 * chi**2, 1e-6))
 controller = Controller(OnlineModel(robot, chi, covariance, sigma_rho=0.1, velocity_threshold=0.2))

@@ -1,9 +1,9 @@
 /* The estimators of rivid/online as C functions, for controllers that are not in C++. Link rivid::runtime, an
  * archive that needs nothing else, or rivid.
  *
- * Units are SI on the joint side. Functions that are called each tick neither allocate nor lock; an object belongs to one
- * thread at a time. Handles and pointers must not be NULL, but where that is said and for delete, and arrays have one entry a joint:
- * neither is checked. */
+ * Units are SI on the joint side. Functions that are called each tick neither allocate nor lock; an object
+ * belongs to one thread at a time. Handles and pointers must not be NULL, but where that is said and for
+ * delete, and arrays have one entry a joint: neither is checked. */
 #ifndef RIVID_ONLINE_H
 #define RIVID_ONLINE_H
 
@@ -33,7 +33,8 @@ typedef struct rivid_payload_numbers {
  *
  * f_m         ticks a second [Hz]
  * gain_sigma  relative standard deviation of the drive gains
- * flange      origin x, y, z [m] and roll, pitch, yaw [rad] of the flange in the frame of the last link; NULL: that frame
+ * flange      origin x, y, z [m] and roll, pitch, yaw [rad] of the flange in the frame of the last link;
+ *             NULL: that frame
  * message     what is wrong, where NULL is returned; it may be NULL */
 rivid_payload* rivid_payload_new(const char* result_json, double f_m, double gain_sigma,
                                  const double flange[6], char* message, size_t message_size);
@@ -47,35 +48,38 @@ int rivid_payload_change(const rivid_payload* payload);
 void rivid_payload_pause(rivid_payload* payload);
 void rivid_payload_read(const rivid_payload* payload, rivid_payload_numbers* numbers);
 
-/* A ContactObserver of a result.json: bandwidth in rad/s, false alarms of all joints an hour. Where NULL is returned,
- * message says why. */
+/* A ContactObserver of a result.json: bandwidth in rad/s, false alarms of all joints an hour. Where NULL is
+ * returned, message says why. */
 rivid_contact* rivid_contact_new(const char* result_json, double f_m, double bandwidth,
                                  double alarms_per_hour, char* message, size_t message_size);
 void rivid_contact_delete(rivid_contact* contact);
 int rivid_contact_joints(const rivid_contact* contact);
-/* A tick: positions, velocities, and torques from the last tick to this one. learn: nothing touches the robot, thresholds
- * follow. Returns the link that is touched, counted from 1, or 0. */
+/* A tick: positions, velocities, and torques from the last tick to this one. learn: nothing touches the
+ * robot, thresholds follow. Returns the link that is touched, counted from 1, or 0. */
 int rivid_contact_update(rivid_contact* contact, const double* q, const double* qd, const double* tau,
                          int learn);
-/* Whether a joint, counted from 1, has learned its threshold; 0: whether all have. A joint sees no contact before. */
+/* Whether a joint, counted from 1, has learned its threshold; 0: whether all have. A joint sees no contact
+ * before. */
 int rivid_contact_learned(const rivid_contact* contact, int joint);
 /* External torques, and these over their thresholds; either may be NULL. */
 void rivid_contact_read(const rivid_contact* contact, double* torque, double* relative);
 
-/* What was wrong with a tick: how many before it were lost, and whether it follows a gap, has no number, is the one before
- * once more, comes at no tick's time, or comes behind a glitch. */
+/* What was wrong with a tick: how many before it were lost, and whether it follows a gap, has no number, is
+ * the one before once more, comes at no tick's time, or comes behind a glitch. */
 typedef struct rivid_tick {
   long lost;
   int gap, not_finite, repeated, late, glitch;
 } rivid_tick;
 
-/* A RobotState of a result.json: payload, friction and contacts together. learn: seconds at the begin in which nothing may
- * touch the robot; torque_held: whether a torque acts until the next tick, as a command does. The others as above. */
+/* A RobotState of a result.json: payload, friction and contacts together. learn: seconds at the begin in
+ * which nothing may touch the robot; torque_held: whether a torque acts until the next tick, as a command
+ * does. The others as above. */
 rivid_state* rivid_state_new(const char* result_json, double f_m, double gain_sigma, const double flange[6],
                              int torque_held, double learn, char* message, size_t message_size);
 void rivid_state_delete(rivid_state* state);
 int rivid_state_joints(const rivid_state* state);
-/* A tick, measured at t [s]. Returns RIVID_CONTACT, RIVID_COLLISION and RIVID_PAYLOAD_CHANGED, or 0; tick may be NULL. */
+/* A tick, measured at t [s]. Returns RIVID_CONTACT, RIVID_COLLISION and RIVID_PAYLOAD_CHANGED, or 0; tick may
+ * be NULL. */
 #define RIVID_CONTACT 1
 #define RIVID_COLLISION 2
 #define RIVID_PAYLOAD_CHANGED 4
@@ -83,8 +87,8 @@ int rivid_state_update(rivid_state* state, double t, const double* q, const doub
 void rivid_state_payload(const rivid_state* state, rivid_payload_numbers* numbers);
 /* The link that is touched, counted from 1, or 0. */
 int rivid_state_link(const rivid_state* state);
-/* What the controller knows: the payload has changed; it is this point in the flange frame, with deviations (returns 0 where
- * a number can not be used); the gripper has opened, or closed. */
+/* What the controller knows: the payload has changed; it is this point in the flange frame, with deviations
+ * (returns 0 where a number can not be used); the gripper has opened, or closed. */
 void rivid_state_payload_changed(rivid_state* state);
 int rivid_state_payload_known(rivid_state* state, double mass, const double com[3], double mass_sigma,
                               double com_sigma);

@@ -244,7 +244,8 @@ def _merged_loops(parts: list[bytes]) -> bytes:
 
 def _tree(client: Client, merged: Callable[[list[bytes]], bytes], level: list[Future]) -> Future:
     while len(level) > 1:
-        # Of a level that is merged nobody holds a future: its memory is given back, and what a lost worker held is made again.
+        # Of a level that is merged nobody holds a future: its memory is given back, and what a lost worker
+        # held is made again.
         level = [client.submit(merged, level[k : k + _MERGED_AT_ONCE], pure=False) for k in range(0, len(level), _MERGED_AT_ONCE)]
     return level[0]
 

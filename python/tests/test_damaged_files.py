@@ -30,7 +30,8 @@ ESCAPE = "\x1b]0;owned\x07"
 LINES = "".join(f"{t},{t},{-t},1,2\n" for t in T.tolist())
 
 
-# Files that libraries raise other errors at -------------------------------------------------------------------------
+# Files that libraries raise other errors at
+# -------------------------------------------------------------------------
 
 
 def npz(path, **arrays):
@@ -160,7 +161,8 @@ def test_a_header_in_latin_1_hides_no_log(robot, tmp_path):
     assert len(rivid.read_log(tmp_path / "run.csv", robot)) == N
 
 
-# Files that unpack to more than they say ----------------------------------------------------------------------------
+# Files that unpack to more than they say
+# ----------------------------------------------------------------------------
 
 
 def npz_bomb(path):
@@ -351,7 +353,8 @@ def test_soft_limits_of_the_process_are_kept(tmp_path):
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "5\n"
 
 
-# Arguments that are no files ----------------------------------------------------------------------------------------
+# Arguments that are no files
+# ----------------------------------------------------------------------------------------
 
 
 def readers(robot, scara):
@@ -405,7 +408,8 @@ def test_other_content_is_refused(robot, scara, tmp_path, content):
             read(path)
 
 
-# Fuzzing ------------------------------------------------------------------------------------------------------------
+# Fuzzing
+# ------------------------------------------------------------------------------------------------------------
 
 FILES = int(os.environ.get("RIVID_FUZZ_FILES", "160"))
 MOST_AT_ONCE = 100
@@ -547,7 +551,8 @@ def test_mutated_files_are_logs_or_input_errors(robot, tmp_path, monkeypatch):
     assert counts["log"] > 0 and counts["InputError"] > FILES // 4
 
 
-# Names that are no UTF-8 --------------------------------------------------------------------------------------------
+# Names that are no UTF-8
+# --------------------------------------------------------------------------------------------
 
 
 def test_a_description_in_latin_1_is_a_robot_all_the_same(scara, tmp_path):

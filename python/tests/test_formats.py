@@ -292,7 +292,8 @@ def test_units_and_signs_are_those_of_experiment_files(robot, table, expected):
         rivid.read_log(turned, robot, position=["q1", "q2"], torque=["tau1", "tau2"], units={"position": "dge"})
 
 
-# Bags --------------------------------------------------------------------------------------------------------------
+# Bags
+# --------------------------------------------------------------------------------------------------------------
 
 CONTROLLER_STATE = """std_msgs/Header header
 string[] joint_names
@@ -381,7 +382,8 @@ def test_a_bag_without_joints_says_what_it_holds(robot, tmp_path):
         rivid.read_log(tmp_path / "bag", robot)
 
 
-# Files that can not be read ------------------------------------------------------------------------------------------
+# Files that can not be read
+# ------------------------------------------------------------------------------------------
 
 
 def damaged_files(folder, series, table):
@@ -414,7 +416,8 @@ def test_damaged_files_are_refused_by_name(robot, series, table, tmp_path):
                 rivid.read_log(file, robot)
 
 
-# rivid convert -------------------------------------------------------------------------------------------------------
+# rivid convert
+# -------------------------------------------------------------------------------------------------------
 
 
 def test_convert_writes_what_the_tools_read(robot, series, expected, scara, tool, program, tmp_path):

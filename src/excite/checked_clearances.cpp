@@ -19,8 +19,8 @@ std::vector<Eigen::Matrix3Xd> placed_parts(const Body& body, const LinkPose& at)
   return out;
 }
 
-// What is at least between two placed bodies: what a direction separates of all points is apart, whoever found
-// it. Where the directions of the pose before show more than `enough`, no better ones are sought.
+// What is at least between two placed bodies: what a direction separates of all points is apart, whoever
+// found it. Where the directions of the pose before show more than `enough`, no better ones are sought.
 double proven_distance(const Body& a, std::span<const Eigen::Matrix3Xd> of_a, const Body& b,
                        std::span<const Eigen::Matrix3Xd> of_b, double enough,
                        std::vector<Eigen::Vector3d>& normals) {

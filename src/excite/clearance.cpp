@@ -60,8 +60,8 @@ Hull part_of(const std::string& link, const Eigen::Matrix3Xd& points, double rad
   return {.link = link, .points = points, .radius = radius};
 }
 
-// The most that a point at a distance of 1 m from the origin moves, by the rotation alone: the spectral norm of
-// the difference.
+// The most that a point at a distance of 1 m from the origin moves, by the rotation alone: the spectral norm
+// of the difference.
 double turn(const LinkPose& from, const LinkPose& to) { return (to.R - from.R).norm() / std::numbers::sqrt2; }
 
 Eigen::Matrix3Xd corners(const Box& box) {
@@ -73,8 +73,8 @@ Eigen::Matrix3Xd corners(const Box& box) {
   return out;
 }
 
-// The lines from the joint to the next ones, of a link that nobody gave a shape; of points that are the end of
-// the body before it none.
+// The lines from the joint to the next ones, of a link that nobody gave a shape; of points that are the end
+// of the body before it none.
 std::vector<Eigen::Matrix3Xd> usual_lines(const Chain& chain, Index joint, bool is_free) {
   std::vector<Eigen::Matrix3Xd> out;
   const auto add = [&](const Vector3d& to) {
@@ -328,8 +328,8 @@ LinkPose Clearances::seen(const BodyPair& pair, const std::vector<LinkPose>& fra
   return out;
 }
 
-// What is shown of parts without a look at their shapes: balls about them are apart, and what was apart before
-// is so by less than the first part has moved as the second one sees it.
+// What is shown of parts without a look at their shapes: balls about them are apart, and what was apart
+// before is so by less than the first part has moved as the second one sees it.
 void Clearances::follow(const BodyPair& pair, const LinkPose& seen, Known& known) const {
   const double turned = turn(known.seen, seen);
   for (PartPair& parts : known.parts) {

@@ -55,13 +55,13 @@ class Clearances {
   [[nodiscard]] const std::string& first(Index pair) const;
   [[nodiscard]] const std::string& second(Index pair) const;
 
-  /// Distances between the surfaces of all pairs along a motion, negative where they overlap, (samples × size)
-  /// [m]. Of those that are larger than the smallest of the samples before by more than `beyond` it is a lower
-  /// bound that is so, too.
+  /// Distances between the surfaces of all pairs along a motion, negative where they overlap, (samples ×
+  /// size) [m]. Of those that are larger than the smallest of the samples before by more than `beyond` it is
+  /// a lower bound that is so, too.
   ///
   /// @param q       positions, (samples × n)
-  /// @param slopes  where wanted: of each pair the derivatives by the joint positions, (samples × n); zero where
-  ///                there is a bound alone
+  /// @param slopes  where wanted: of each pair the derivatives by the joint positions, (samples × n); zero
+  ///                where there is a bound alone
   [[nodiscard]] Matrix along(const Matrix& q, double beyond, std::vector<Matrix>* slopes = nullptr) const;
 
  private:

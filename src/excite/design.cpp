@@ -309,9 +309,9 @@ Designer::Found Designer::search(std::uint64_t seed) {
   return out;
 }
 
-// The nearest motion that keeps the limits of the problem, by Newton's steps along the gradients of those that
-// are exceeded, each halved until it makes the worst better, or is a hundredth; nothing where the steps do not
-// come to one.
+// The nearest motion that keeps the limits of the problem, by Newton's steps along the gradients of those
+// that are exceeded, each halved until it makes the worst better, or is a hundredth; nothing where the steps
+// do not come to one.
 std::optional<Vector> within_limits(Problem& problem, Vector z) {
   constexpr int steps = 20;          // of Newton; a choice that ends what does not come near
   constexpr double smallest = 1e-2;  // part of a step, below which it is not halved again
@@ -346,8 +346,8 @@ std::optional<Vector> within_limits(Problem& problem, Vector z) {
   return std::nullopt;
 }
 
-// A motion near this one that keeps all limits on the dense grid: mended where it exceeds them, and where that
-// fails, as large a part of it as does; nothing where a small one does not, either.
+// A motion near this one that keeps all limits on the dense grid: mended where it exceeds them, and where
+// that fails, as large a part of it as does; nothing where a small one does not, either.
 std::optional<Vector> Designer::mended(Problem& problem, DenseCheck& check, const Vector& rest,
                                        Vector z) const {
   constexpr int rounds = 40;  // of mending; a choice that ends what does not come to an end

@@ -28,9 +28,9 @@ struct ObjectiveValue {
 
 /// What is made small, of the covariance C = M⁻¹:
 struct Information {};  ///< −log det M
-struct
-    TorqueError {  ///< log tr(C B): the mean variance of the torques that are predicted along other motions
-  Matrix B;        ///< (b × b)
+struct TorqueError {    ///< log tr(C B): the mean variance of the torques that are predicted along other
+                        ///< motions
+  Matrix B;             ///< (b × b)
 };
 struct Deviations {  ///< Σ log C_ii over some parameters: the geometric mean of their variances
   std::vector<Index> parameters;

@@ -213,7 +213,8 @@ void SampledRegressor::link_slopes(const Motion& motion, std::span<const Matrix>
   }
 }
 
-// Derivatives by the motion of the robot's joints from those by the motion of all links', of the torques Gᵀ τ.
+// Derivatives by the motion of the robot's joints from those by the motion of all links', of the torques Gᵀ
+// τ.
 void SampledRegressor::fold(const Slopes& sum, std::span<const Slopes> torques, Slopes& of_sum,
                             std::vector<Slopes>& of_torque) const {
   const Index N = sum.q.rows();

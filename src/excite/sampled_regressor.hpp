@@ -25,7 +25,8 @@ struct Slopes {
 /// Observation matrix of a motion joint by joint, and exact derivatives of what is made of it.
 ///
 /// Rows of a sample depend on that sample alone. What the links contribute is differentiated backwards
-/// through the recursion, friction and coupled motors by dual numbers; so is all of a robot with linkages or tables.
+/// through the recursion, friction and coupled motors by dual numbers; so is all of a robot with linkages or
+/// tables.
 class SampledRegressor {
  public:
   SampledRegressor(const Robot& robot, const BaseParameters& base);

@@ -29,8 +29,8 @@ using detail::joined;
 using detail::RecognisedColumns;
 using Path = std::filesystem::path;
 
-// No log of a moving arm is slower than that; what seems to be has its time in a smaller unit [Hz]. Below what
-// the check of a log accepts: a slow log is reported, and not taken for one in another unit.
+// No log of a moving arm is slower than that; what seems to be has its time in a smaller unit [Hz]. Below
+// what the check of a log accepts: a slow log is reported, and not taken for one in another unit.
 constexpr double slowest_rate = 5.0;
 
 // A basic string of TOML.
@@ -437,9 +437,9 @@ ExperimentDraft design_draft(const Parts& found, const Path& file) {
   return draft;
 }
 
-// The joints that a log has positions of, where those of some are missing: of a gripper, or of another arm. They
-// are those that its columns are named after, or of a tree all on the way to some link. Empty where the log has
-// those of all, or nothing fits, or more than one way.
+// The joints that a log has positions of, where those of some are missing: of a gripper, or of another arm.
+// They are those that its columns are named after, or of a tree all on the way to some link. Empty where the
+// log has those of all, or nothing fits, or more than one way.
 std::vector<std::string> logged_joints(const Robot& robot, std::span<const std::string> columns) {
   const auto fits = [&](const std::vector<std::string>& joints) {
     return !joints.empty() && !detail::recognised_log(columns, joints).position.columns.empty();

@@ -65,8 +65,8 @@ Eigen::Matrix3d rotation(const Eigen::Vector3d& yaw_pitch_roll) {
       .toRotationMatrix();
 }
 
-// Positions with the accelerations R f + g. No torque depends on where the base is, nor on a constant velocity
-// of it, which is taken for zero at the start.
+// Positions with the accelerations R f + g. No torque depends on where the base is, nor on a constant
+// velocity of it, which is taken for zero at the start.
 Matrix integrated(const Log& pose, const Matrix& turns, const Eigen::Vector3d& imu,
                   const Eigen::Vector3d& gravity) {
   Matrix out(pose.samples(), 3);

@@ -10,8 +10,8 @@ namespace rivid::detail {
 /// A log of the columns that are asked for.
 using ColumnsRead = std::function<Log(const LogOptions&)>;
 
-/// The log with Robot::base_joints in front: their positions from the pose of the base, without torque. As it is
-/// where the source says no pose.
+/// The log with Robot::base_joints in front: their positions from the pose of the base, without torque. As it
+/// is where the source says no pose.
 ///
 /// @throws InputError  where the base is pitched to within 5° of ±90°, with the instant; where no torque is
 ///                     there to fix the scale

@@ -54,8 +54,8 @@ struct RobotDescription {
 /// @throws InputError  where the method simulates a loop and the experiment has no control law
 [[nodiscard]] Estimation estimation_of(const Experiment& experiment);
 
-/// Adds the line of [log] that mends a wrong sign to findings of one: torque = ["tau1", { column = "tau2", sign = -1 }].
-/// Columns with units, scales or offsets are left to the cure of the finding.
+/// Adds the line of [log] that mends a wrong sign to findings of one: torque = ["tau1", { column = "tau2",
+/// sign = -1 }]. Columns with units, scales or offsets are left to the cure of the finding.
 void name_lines(const Experiment& experiment, const Log& log, std::vector<Finding>& findings);
 
 /// take_friction() by logs that are there.

@@ -310,8 +310,8 @@ std::vector<std::vector<std::string>> spellings(std::span<const std::string> joi
   return out;
 }
 
-// Of joints whose names a column has in it, the longest: "wrist_1" is in "left_wrist_1". Their number where it
-// has none.
+// Of joints whose names a column has in it, the longest: "wrist_1" is in "left_wrist_1". Their number where
+// it has none.
 std::size_t joint_of(const std::string& column, const std::vector<std::string>& joints) {
   std::size_t out = joints.size();
   for (std::size_t j = 0; j < joints.size(); ++j) {
@@ -426,8 +426,8 @@ RecognisedColumns best(const std::vector<Group>& groups, ColumnKind kind, std::s
 
 using Words = std::span<const std::string_view>;
 
-// Columns that are called alike but for their ends, the first of which is one of `firsts` as well; with what all
-// begin with. Empty where one is missing, or one is of something else than a base.
+// Columns that are called alike but for their ends, the first of which is one of `firsts` as well; with what
+// all begin with. Empty where one is missing, or one is of something else than a base.
 std::pair<std::string, std::vector<std::string>> alike(std::span<const std::string> names, std::size_t from,
                                                        Words firsts, Words ends) {
   constexpr std::string_view others =

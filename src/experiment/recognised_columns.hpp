@@ -72,16 +72,16 @@ inline constexpr std::array<LogKey, 6> log_keys = {
 [[nodiscard]] RecognisedLog recognised_log(std::span<const std::string> names,
                                            std::span<const std::string> joints);
 
-/// Columns of the pose of a floating base, as [log.base] takes them, and of forces on links; all empty where the
-/// pose is not there.
+/// Columns of the pose of a floating base, as [log.base] takes them, and of forces on links; all empty where
+/// the pose is not there.
 struct RecognisedBase {
   std::vector<std::string> position;
   std::vector<std::string> orientation;
   std::map<std::string, std::vector<std::string>> forces;  ///< or wrenches, by what their names begin with
 };
 
-/// "base_x" and its like, "pose.position.x" beside "pose.orientation.w"; "FL_foot_fx", "left.force.x". Those of
-/// tools and hands are no base.
+/// "base_x" and its like, "pose.position.x" beside "pose.orientation.w"; "FL_foot_fx", "left.force.x". Those
+/// of tools and hands are no base.
 [[nodiscard]] RecognisedBase recognised_base(std::span<const std::string> names);
 
 /// The joints that columns are named after, in their order.

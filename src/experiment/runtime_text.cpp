@@ -1,5 +1,5 @@
-// Of rivid::runtime: text of a file by the standard library alone. rivid::rivid has text_file.cpp, which knows of
-// files that the caller provided, and of their checksums.
+// Of rivid::runtime: text of a file by the standard library alone. rivid::rivid has text_file.cpp, which
+// knows of files that the caller provided, and of their checksums.
 #include <fstream>
 #include <iterator>
 

@@ -157,7 +157,8 @@ class TomlReader {
     }
   }
 
-  /// Columns that are not one a joint, of which there must be one of a few numbers; none where the key is absent.
+  /// Columns that are not one a joint, of which there must be one of a few numbers; none where the key is
+  /// absent.
   [[nodiscard]] std::vector<Column> columns(std::string_view key, std::vector<Index> numbers);
 
   /// Position of one of a few words among them.

@@ -189,8 +189,8 @@ Separation separation(const PlacedHull& a, const PlacedHull& b, const Vector3d& 
             is_enough ? found.least : distance};
   }
   // The first body is moved out of the second one along a direction. The nearest points then have a direction
-  // in which it is shorter, and so on; from a few directions, since each way leads to an optimum of its own, or
-  // from the one that is known.
+  // in which it is shorter, and so on; from a few directions, since each way leads to an optimum of its own,
+  // or from the one that is known.
   constexpr double beside = 0.01;  // [m] gap to which the bodies are moved apart; a choice
   constexpr int steps = 10;        // from each direction; a choice
   Separation out{.distance = -std::numeric_limits<double>::infinity()};

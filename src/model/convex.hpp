@@ -30,7 +30,8 @@ struct Separation {
 
 /// The distance of two hulls, to 1e-9 m. Of those that overlap the direction is a local optimum.
 ///
-/// @param start   a direction that is near the normal, from the second hull to the first one; zero: none is known
+/// @param start   a direction that is near the normal, from the second hull to the first one; zero: none is
+///                known
 /// @param enough  of hulls that are farther apart the distance is a lower bound that is so, too
 [[nodiscard]] Separation separation(const PlacedHull& a, const PlacedHull& b,
                                     const Eigen::Vector3d& start = Eigen::Vector3d::Zero(),

@@ -16,7 +16,8 @@ using detail::LinkPose;
 using detail::Planar;
 using Vector2 = Planar<double>;
 
-// Sine of the angle between coupler and rocker below which a linkage counts as stretched: forces grow without limit.
+// Sine of the angle between coupler and rocker below which a linkage counts as stretched: forces grow without
+// limit.
 constexpr double stretched = 0.05;
 // Of one minus the cosine between two axes.
 constexpr double parallel = 1e-6;

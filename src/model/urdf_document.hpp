@@ -123,7 +123,8 @@ struct UrdfPath {
 [[nodiscard]] UrdfPath urdf_path(const UrdfDocument& document, UrdfTopology& tree,
                                  const UrdfOptions& options);
 
-/// Elements that let the root of a URDF move freely, on one line: Robot::base_joints and the links between them.
+/// Elements that let the root of a URDF move freely, on one line: Robot::base_joints and the links between
+/// them.
 [[nodiscard]] std::string floating_joints(const UrdfDocument& document);
 /// The URDF with them at its end.
 [[nodiscard]] std::string with_floating_joints(std::string_view xml, const std::string& source);

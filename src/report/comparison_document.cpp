@@ -90,8 +90,8 @@ constexpr std::string_view loop_of(Drive drive) {
   return drive == Drive::torques ? "open loop" : "closed loop";
 }
 
-// "closed loop: A moves more like the robot than B after 0.1 s and 1 s (p < 0.0001); no significant difference
-// after 3 s"
+// "closed loop: A moves more like the robot than B after 0.1 s and 1 s (p < 0.0001); no significant
+// difference after 3 s"
 std::string rollout_sentence(const Rollouts& all, Drive drive, std::size_t other) {
   std::vector<double> first_better;
   std::vector<double> other_better;

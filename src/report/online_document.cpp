@@ -73,7 +73,8 @@ Chart replay_chart(const OnlineReplay& replay, const std::string& id, const std:
 std::vector<Series> mass_curves(const OnlineReplay& replay) {
   const Vector mass = replay.payload.col(0);
   const Vector half = replay.payload.col(1);
-  // Before anything is known the interval would flatten all else: it is drawn up to three times this at least [kg].
+  // Before anything is known the interval would flatten all else: it is drawn up to three times this at least
+  // [kg].
   constexpr double least = 0.5;
   const double most = 3.0 * std::max(mass.size() > 0 ? mass.maxCoeff() : 0.0, least);
   return {{"95 % confidence interval", "measured", Series::Kind::band, replay.t,

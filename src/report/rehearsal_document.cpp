@@ -13,7 +13,8 @@ namespace {
 
 using P = RehearsedParameter;
 
-// The codes of the gravest findings, those of an identification first: the robot's own log will have them too.
+// The codes of the gravest findings, those of an identification first: the robot's own log will have them
+// too.
 std::string found_by(const RehearsedRun& run, double usual_error) {
   constexpr std::size_t most = 2;  // codes in a cell; a choice
   std::vector<std::string> codes;

@@ -27,7 +27,8 @@ class LoopOde {
   // f, (n), for who finds M and N of many instants at once.
   void driving_torques(double t, const double* y, double* f);
   // Whether the torques that accelerate are, between two control instants,
-  //   held_torque() − viscous q̇ − N − Σ torque λ,   viscous diagonal, each λ linear in the speed of one joint while it slips.
+  //   held_torque() − viscous q̇ − N − Σ torque λ,
+  // with viscous diagonal, and each λ linear in the speed of one joint while it slips.
   // A LoopPack steps such loops.
   [[nodiscard]] bool simple() const { return simple_; }
   // Torques that act until the next hold: those of the drives (see tau()), disturbance and offset.

@@ -32,7 +32,8 @@ enum class LoopBlock {
   rtol,
   fastest,  // velocity beyond which a loop has diverged
   qdd,      // out: accelerations at the beginning of the step
-  error,  // out: largest error relative to its tolerance, or not_valid: one by one has to find out what happens
+  error,    // out: largest error relative to its tolerance, or not_valid: one by one has to find out what
+            // happens
   count
 };
 

@@ -7,9 +7,9 @@
 // triangle, zeros in its other rows, and a vector v over the rows of the block: so the triangle costs one row
 // a reflector.
 //
-//  - panel:  one pass over its eight columns a reflector: the pass that applies reflector j also takes the inner
-//    products of the next column with the later columns (its reflection) and with the earlier ones (the factor T of
-//    the compact WY form).
+//  - panel:  one pass over its eight columns a reflector: the pass that applies reflector j also takes the
+//    inner products of the next column with the later columns (its reflection) and with the earlier ones (the
+//    factor T of the compact WY form).
 //  - update: the columns on the right, three at a time, see all eight reflectors at once:
 //      z = R_panel + Vᵀ B,  y = Tᵀ z,  R_panel −= y,  B −= V y,
 //    with the eight by three inner products, and then the eight by three coefficients, in registers.

@@ -315,9 +315,9 @@ LeastSquares least_squares(std::span<const RowGroup> groups, Index columns, std:
 
 namespace {
 
-// A group with fewer rows for each of its columns fits itself in part, or altogether: its deviation is told by
-// the fit to all groups, which leaves it the degrees of freedom that the others do not determine for it. So is
-// that of rows without Y, which parameters of zero fit.
+// A group with fewer rows for each of its columns fits itself in part, or altogether: its deviation is told
+// by the fit to all groups, which leaves it the degrees of freedom that the others do not determine for it.
+// So is that of rows without Y, which parameters of zero fit.
 bool fits_itself(const RowGroup& group) {
   // rows for each column; a choice: with fewer the fit hides more than a fifth of the squares
   constexpr Index enough = 5;

@@ -165,8 +165,8 @@ def check_libfranka(file, limits):
     q, qd, qdd = (table.of_joints(name, 7) for name in ("q", "qd", "qdd"))
     for end in (0, -1):
         assert largest(qd[end] + qdd[end]) < REST_TOLERANCE, "no rest"
-    # libfranka differentiates the positions that it is sent, the rest before and after included. Twelve decimals make errors of up to
-    # 8 · 5e-13 · 1e9 in the third difference.
+    # libfranka differentiates the positions that it is sent, the rest before and after included. Twelve
+    # decimals make errors of up to 8 · 5e-13 · 1e9 in the third difference.
     sent = [q[0]] * 4 + q + [q[-1]] * 4
     for order, limit in enumerate(limits):
         sent = [[1000 * (b - a) for a, b in zip(*rows)] for rows in zip(sent, sent[1:])]

@@ -340,8 +340,8 @@ TEST(Design, BeginsWhereItIsTold) {
   EXPECT_LE((found.motion.q.bottomRows(1).transpose() - options.start).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-// From the pose of the robot to the motion and on to another pose: one motion by finite differences, within all
-// limits on ten times denser instants, and hardly slower than they ask.
+// From the pose of the robot to the motion and on to another pose: one motion by finite differences, within
+// all limits on ten times denser instants, and hardly slower than they ask.
 TEST(Design, LeadsFromTheRobotsPoseAndOnWithinTheSameLimits) {
   const Robot robot = arm();
   for (const CurveKind curve : {CurveKind::fourier, CurveKind::spline}) {
@@ -553,7 +553,8 @@ TEST(Forecast, TellsHowEstimatesHoldTogether) {
     }
     EXPECT_NEAR(p.correlation, most, tolerance) << p.name;
   }
-  // Each sample counts with the information that it adds; all of them determine as many parameters as there are.
+  // Each sample counts with the information that it adds; all of them determine as many parameters as there
+  // are.
   EXPECT_NEAR(found.leverage.sum(), static_cast<double>(found.parameters.size()), tolerance * 1e2);
 }
 

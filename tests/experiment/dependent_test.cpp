@@ -1,5 +1,5 @@
-// A palletiser, whose parallelogram is a tree with two dependent joints, and a hand with a mimic finger: simulated
-// in closed loop and identified.
+// A palletiser, whose parallelogram is a tree with two dependent joints, and a hand with a mimic finger:
+// simulated in closed loop and identified.
 
 #include "rivid/model/dependent.hpp"
 
@@ -25,8 +25,8 @@
 namespace rivid {
 namespace {
 
-// Shoulder and crank are driven, and the parallelogram of lower arm, forearm, rod and lever between them is cut
-// where rod and forearm meet; the hand hangs on the forearm, with two fingers.
+// Shoulder and crank are driven, and the parallelogram of lower arm, forearm, rod and lever between them is
+// cut where rod and forearm meet; the hand hangs on the forearm, with two fingers.
 std::string palletiser() {
   std::string out = "<robot name=\"palletiser\"><link name=\"base\"/>";
   const auto add = [&](const std::string& joint, const std::string& type, const std::string& parent,

@@ -1,5 +1,5 @@
-// A trunk with two legs that floats: its torques beside those of point masses that move as it does, logs of its
-// pose and of the forces on it, its description back.
+// A trunk with two legs that floats: its torques beside those of point masses that move as it does, logs of
+// its pose and of the forces on it, its description back.
 
 #include <gtest/gtest.h>
 
@@ -307,12 +307,13 @@ TEST_F(WalkerLog, AccelerometerAndOrientationGiveTheSame) {
   expect_description(read.robot, run(read), tolerance);
 }
 
-// No torque on the base: its six accelerations are those that leave none, and the torques of the joints fix the
-// scale.
+// No torque on the base: its six accelerations are those that leave none, and the torques of the joints fix
+// the scale.
 class FreeFlight : public WalkerLog {
  protected:
   // @param rail  amplitude of the sliding leg
-  // @param seed  of noise of the pose (0.1 mm, 0.2 mrad) and the hip (20 µrad), which shakes at 60 Hz; 0: none
+  // @param seed  of noise of the pose (0.1 mm, 0.2 mrad) and the hip (20 µrad), which shakes at 60 Hz; 0:
+  // none
   void write_flight(double rail_amplitude, bool torques, unsigned seed = 0) const {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal;
@@ -431,8 +432,8 @@ TEST_F(FreeFlight, WithoutTorqueAKnownMassGivesItsDescription) {
                          "without sliding links"));
 }
 
-// What shakes the hip counts as noise of its position, whose expected bias is tens of σ: intervals are as wide as
-// the estimate at twice the window bears it out.
+// What shakes the hip counts as noise of its position, whose expected bias is tens of σ: intervals are as
+// wide as the estimate at twice the window bears it out.
 TEST_F(FreeFlight, NoiseThatIsMotionDoesNotWidenIntervals) {
   double squares = 0.0;
   double count = 0.0;

@@ -65,7 +65,8 @@ TEST_F(ControlOfTheLaw, IsWhatTheControllerLogged) {
   }
 }
 
-// As of a log with torques: row k of the control signals belongs to sample k − lag, and so a delay is taken back.
+// As of a log with torques: row k of the control signals belongs to sample k − lag, and so a delay is taken
+// back.
 TEST_F(ControlOfTheLaw, ComesLaterByALagOrADelay) {
   const auto v = [&](const std::string& columns, const std::string& control) {
     const Experiment of = experiment(reference_ + columns, control);

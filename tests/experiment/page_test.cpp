@@ -1,5 +1,5 @@
-// Every example on docs/experiment.md and docs/experiment_more.md, and those of the README and of docs/instrumental.md, are experiment
-// files that can be read.
+// Every example on docs/experiment.md and docs/experiment_more.md, and those of the README and of
+// docs/instrumental.md, are experiment files that can be read.
 
 #include <gtest/gtest.h>
 

@@ -103,7 +103,8 @@ TEST_F(TwoArms, ComeOutOfTheirLogsWithinTheirIntervals) {
   }
 }
 
-// Both arms hang on the same torso: what one branch alone can not tell from the base is one parameter of both.
+// Both arms hang on the same torso: what one branch alone can not tell from the base is one parameter of
+// both.
 TEST_F(TwoArms, ShareTheParametersOfTheTorso) {
   const Robot robot = read_monte_carlo(path("study.toml")).experiment.robot;
   const BaseParameters base = base_parameters(robot);

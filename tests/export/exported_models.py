@@ -15,7 +15,8 @@ from pathlib import Path
 SKIPPED = 77
 STATES = 200
 SEED = 20261122
-# Of the largest torque of a joint: both sides sum the same terms in another order, from numbers with all digits.
+# Of the largest torque of a joint: both sides sum the same terms in another order, from numbers with all
+# digits.
 TOLERANCE = 1e-9
 
 try:

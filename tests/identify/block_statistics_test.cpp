@@ -16,8 +16,8 @@ constexpr Index G = 10;
 constexpr Index parameters = 3;
 constexpr double tolerance = 1e-12;  // another order of a dozen operations on numbers of order one
 
-// Sums of blocks whose parameters are means of equally many rows each: no block leans on another. Row i of s has the
-// sums of a parameter's residuals, which add up to zero.
+// Sums of blocks whose parameters are means of equally many rows each: no block leans on another. Row i of s
+// has the sums of a parameter's residuals, which add up to zero.
 struct Means {
   Matrix s = Matrix(parameters, G);
   Matrix bread = Matrix::Identity(parameters, parameters) / 50.0;
@@ -34,8 +34,8 @@ struct Means {
     uncertainty.C(0, 1) = uncertainty.C(1, 0) = 2e-5;
     uncertainty.report.quantile_975 = 1.9;
   }
-  // Σ (s / 50)² is the influence of all blocks; an estimate without one moves by G / (G − 1) times as much, and counts with
-  // the power 1.5 of four that both have together.
+  // Σ (s / 50)² is the influence of all blocks; an estimate without one moves by G / (G − 1) times as much,
+  // and counts with the power 1.5 of four that both have together.
   [[nodiscard]] Vector variances() const {
     return (s / 50.0).rowwise().squaredNorm() * std::sqrt(static_cast<double>(G) / (G - 1.0));
   }

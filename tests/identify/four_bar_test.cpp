@@ -1,4 +1,5 @@
-// Identification of a robot with a four-bar linkage: planted friction, rotors and bodies within their intervals.
+// Identification of a robot with a four-bar linkage: planted friction, rotors and bodies within their
+// intervals.
 
 #include <gtest/gtest.h>
 

@@ -309,7 +309,8 @@ std::vector<FrictionChoice> choice_of(const Study& study, const Log& log) {
 }
 
 TEST(FrictionChoice, AsksForAGainThatLasts) {
-  // In half of the stretches: √|q̇| predicts those so much better that it wins on the whole, and the others worse.
+  // In half of the stretches: √|q̇| predicts those so much better that it wins on the whole, and the others
+  // worse.
   Study study(1, Friction::root, 41, 3000);
   const Log log = with_root_friction(study, [](double part) { return part < 0.5 ? 5.0 : 0.0; }, 0.05, 42);
   EXPECT_EQ(choice_of(study, log).front().law, Friction::symmetric);

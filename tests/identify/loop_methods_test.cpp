@@ -207,8 +207,8 @@ TEST_F(LoopMethods, WithoutNoiseFindTheTruth) {
   }
 }
 
-// A joint without viscous friction: where noise would have it drive, the others are found with it at zero. The
-// poles of the law are known alone, so its gains have the errors of the start.
+// A joint without viscous friction: where noise would have it drive, the others are found with it at zero.
+// The poles of the law are known alone, so its gains have the errors of the start.
 TEST_F(LoopMethods, OutputErrorLetsNoFrictionDrive) {
   set("Fv2", 0.0);
   const Index at = index("Fv2");
@@ -350,7 +350,8 @@ TEST_F(LoopMethods, OutputErrorFindsGainsAndDelayButForTheirScale) {
   EXPECT_GE(held, 0.9 * all) << held << " of " << all;
 }
 
-// Errors that come again with each period of a motion, as those of an encoder's steps do, are averaged over one.
+// Errors that come again with each period of a motion, as those of an encoder's steps do, are averaged over
+// one.
 TEST_F(LoopMethods, OutputErrorCountsErrorsThatRepeatOnce) {
   constexpr Index periods = 3;
   constexpr Index period = 2000;

@@ -49,8 +49,8 @@ TEST_F(PhysicalScara, HasTheTruthWithinItsIntervalsWithAWrongDescription) {
   expect_truth_in_the_intervals();
 }
 
-// Robust estimates leave no blocks of time out: there the pull of the description may cost one twentieth of the
-// squared residuals.
+// Robust estimates leave no blocks of time out: there the pull of the description may cost one twentieth of
+// the squared residuals.
 TEST_F(PhysicalScara, LosesTheWeightOfAWrongDescriptionByItsPrice) {
   for (Inertial& inertial : experiment_.robot.inertials) {
     inertial *= 3.0;

@@ -310,7 +310,8 @@ void add_load(const Demo& demo, Log& log, double mass, double reach,
   }
 }
 
-// The deviations know of it, for blocks of time differ: it is no harm in them, and a wrong robot all the same.
+// The deviations know of it, for blocks of time differ: it is no harm in them, and a wrong robot all the
+// same.
 TEST(Judgement, SeesALoadThatComesOnceOrComesAndGoes) {
   const Demo demo;
   const double duration = demo.fit.t[demo.fit.samples() - 1] - demo.fit.t[0];
@@ -422,7 +423,8 @@ TEST(Judgement, RefusesATorqueThatIsClippedAtHalfOfItsSpan) {
   EXPECT_EQ(judged(demo.robot, demo.fit, {}).status, Status::doubtful);
 }
 
-// With few rows neither noise nor their number decides alone, but what both do to the torques that are predicted.
+// With few rows neither noise nor their number decides alone, but what both do to the torques that are
+// predicted.
 TEST(ChosenRows, PredictAsWellAsThoseOfOtherWindowsWhereTheyAreFew) {
   const Demo demo;
   Log log = rivid::excerpt(demo.fit, 0, 800);
@@ -460,8 +462,8 @@ TEST(ChosenRows, AreOfAShorterWindowWhereALongOneLosesRank) {
   Log log = made(demo, q, demo.study.truth, 0.01);
   log.q.col(0) += Vector::NullaryExpr(log.samples(), [&]() { return normal(random); });
   const Identification result = identify(demo.robot, log, {});
-  // All parameters have an estimate, which other motions would not be predicted by: these torques are missed by
-  // four times their size.
+  // All parameters have an estimate, which other motions would not be predicted by: these torques are missed
+  // by four times their size.
   ASSERT_EQ(result.status, Status::doubtful) << (result.reasons.empty() ? "" : result.reasons.front());
   EXPECT_NE(result.reasons.front().find("of random motion within the range of the logs"), std::string::npos)
       << result.reasons.front();

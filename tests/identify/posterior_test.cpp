@@ -129,8 +129,8 @@ TEST_F(Posterior, RefusesWhatItCanNotDrawFrom) {
             std::string::npos);
 }
 
-// The SCARA of [RIV] with its noise: torques of 39 draws at states that no log has. Of 40 places among them the
-// true torque has each as often, and is between the least and the largest in 95 %.
+// The SCARA of [RIV] with its noise: torques of 39 draws at states that no log has. Of 40 places among them
+// the true torque has each as often, and is between the least and the largest in 95 %.
 TEST(PosteriorOfTheScara, TorquesOfDrawsCoverTheTruthAsOftenAsTheySay) {
   const test::ScaraStudy study;
   const DynamicModel truth(study.robot, study.base, study.truth);

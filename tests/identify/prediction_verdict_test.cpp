@@ -143,7 +143,8 @@ TEST_F(PredictionVerdict, ReferenceErrorIsThatOfThePapersRows) {
   EXPECT_NEAR(found.fit.reference_error, std::sqrt(errors / torques), 1e-9 * found.fit.reference_error);
 }
 
-// Neighbouring windows of a log that friction of another kind moves by more than chance are within the intervals.
+// Neighbouring windows of a log that friction of another kind moves by more than chance are within the
+// intervals.
 TEST_F(PredictionVerdict, WhatNeighbouringWindowsSayIsInTheInterval) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     Log one = log(1.0, seed);

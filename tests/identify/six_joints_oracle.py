@@ -30,7 +30,8 @@ K_V = np.array([80.0, 80.0, 20.0, 6.0, 6.0, 1.5])  # N m s/rad
 NOISE = 2e-6  # rad
 DISTURBANCE = np.array([0.4, 0.5, 0.2, 0.1, 0.1, 0.05])  # N m, a new value each period
 KINDS = "XX XY XZ YY YZ ZZ MX MY MZ M Ia Fv Fc".split()
-# What torques determine, in the order of rivid: standard parameters that keep their columns while all others are zero.
+# What torques determine, in the order of rivid: standard parameters that keep their columns while all others
+# are zero.
 BASE = """
 ZZ1R Fv1 Fc1 XX2R XY2 XZ2R YZ2 ZZ2R MX2R MY2 Fv2 Fc2 XX3R XY3 XZ3 YZ3 ZZ3R MX3 MY3R Ia3 Fv3 Fc3 XX4R XY4 XZ4
 YZ4 ZZ4R MX4 MY4R Ia4 Fv4 Fc4 XX5R XY5 XZ5 YZ5 ZZ5R MX5 MY5R Ia5 Fv5 Fc5 XX6R XY6 XZ6 YZ6 ZZ6 MX6 MY6 Ia6 Fv6

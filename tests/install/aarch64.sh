@@ -1,11 +1,11 @@
 #!/bin/sh
 # tests/install/aarch64.sh NATIVE_BUILD WORK
 #
-# Unit tests of regressor, solve and simulate for 64 bit ARM under qemu-user, and figures beside those of this machine:
-# positions of two simulated loops, regressors and fits to 1e-12; velocities and torques of the loops to 1e-9, since a
-# sampled law makes of a rounding of q its gains over a period. NATIVE_BUILD is a built preset (build/test). As root, on
-# Debian 12, with mmdebstrap, qemu-user and g++-aarch64-linux-gnu. Libraries come into WORK/root alone; a build that is
-# in WORK is gone on with.
+# Unit tests of regressor, solve and simulate for 64 bit ARM under qemu-user, and figures beside those of this
+# machine: positions of two simulated loops, regressors and fits to 1e-12; velocities and torques of the loops
+# to 1e-9, since a sampled law makes of a rounding of q its gains over a period. NATIVE_BUILD is a built
+# preset (build/test). As root, on Debian 12, with mmdebstrap, qemu-user and g++-aarch64-linux-gnu. Libraries
+# come into WORK/root alone; a build that is in WORK is gone on with.
 set -eu
 native=$(cd "$1" && pwd)
 mkdir -p "$2"

@@ -1,8 +1,9 @@
 #!/bin/sh
 # tests/install/bare_roots.sh SUITE FOLDER
 #
-# Installs what lies in FOLDER (build/release) into a root of Debian (SUITE: bookworm, trixie) that has nothing else: wheel and .deb without a
-# compiler, `rivid demo`, consumers by CMake and pkg-config, removal without a trace, the wheel of the source distribution. As root, with mmdebstrap and network.
+# Installs what lies in FOLDER (build/release) into a root of Debian (SUITE: bookworm, trixie) that has
+# nothing else: wheel and .deb without a compiler, `rivid demo`, consumers by CMake and pkg-config, removal
+# without a trace, the wheel of the source distribution. As root, with mmdebstrap and network.
 set -eu
 [ -n "${RIVID_OWN_MOUNTS:-}" ] || RIVID_OWN_MOUNTS=1 exec unshare -m --propagation private "$0" "$@"
 suite=$1

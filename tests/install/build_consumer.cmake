@@ -1,5 +1,5 @@
-# Configures, builds and runs the project CONSUMER against the rivid in PREFIX. RUN_SAYS: what the program must
-# print; LINK_SAYS instead: the link must fail with these words.
+# Configures, builds and runs the project CONSUMER against the rivid in PREFIX. RUN_SAYS: what the program
+# must print; LINK_SAYS instead: the link must fail with these words.
 
 file(REMOVE_RECURSE ${WORK_DIR})
 execute_process(

@@ -1,5 +1,5 @@
-# Builds and runs consumer/main.cpp with nothing but the compiler and what pkg-config says of the rivid in PREFIX.
-# LINKAGE: --static for the archive, --shared for the library; RUN_SAYS: what the program must print.
+# Builds and runs consumer/main.cpp with nothing but the compiler and what pkg-config says of the rivid in
+# PREFIX. LINKAGE: --static for the archive, --shared for the library; RUN_SAYS: what the program must print.
 
 if(NOT PKG_CONFIG)
   message(STATUS "skipped: there is no pkg-config")

@@ -1,4 +1,5 @@
-# What lies in PREFIX is complete, runs, and names neither STAGING nor BUILD_DIR nor SOURCE_DIR, which a user does not have.
+# What lies in PREFIX is complete, runs, and names neither STAGING nor BUILD_DIR nor SOURCE_DIR, which a user
+# does not have.
 
 file(GLOB_RECURSE package_files ${PREFIX}/*.cmake ${PREFIX}/*.pc)
 if(NOT package_files)

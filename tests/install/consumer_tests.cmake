@@ -7,8 +7,8 @@ rivid_script_test(
   -DSTAGING=${CMAKE_CURRENT_BINARY_DIR}/install/staging -DPREFIX=${prefix})
 set_tests_properties(install_to_a_moved_prefix PROPERTIES FIXTURES_SETUP moved_prefix RESOURCE_LOCK build_tree)
 
-# rivid_consumer_test(NAME PROJECT FLAGS -DRUN_SAYS=… | -DLINK_SAYS=…): builds PROJECT with FLAGS; RUN_SAYS is what the
-# program must print, LINK_SAYS what the linker must say when it refuses.
+# rivid_consumer_test(NAME PROJECT FLAGS -DRUN_SAYS=… | -DLINK_SAYS=…): builds PROJECT with FLAGS; RUN_SAYS is
+# what the program must print, LINK_SAYS what the linker must say when it refuses.
 function(rivid_consumer_test name project flags)
   string(PREPEND flags "${CMAKE_CXX_FLAGS} ")
   if(RIVID_SANITIZE)
@@ -31,7 +31,8 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT CMAKE_CXX_FLAGS MATCHES
                       -DLINK_SAYS=caller_and_librivid_must_use_the_same_simd_flags)
 endif()
 
-# So does the allocator of Eigen, which is another one under AddressSanitizer, unless the program says otherwise.
+# So does the allocator of Eigen, which is another one under AddressSanitizer, unless the program says
+# otherwise.
 if(NOT RIVID_SANITIZE AND NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize|EIGEN_MALLOC")
   rivid_consumer_test(consumer_under_address_sanitizer consumer "-fsanitize=address"
                       -DLINK_SAYS=caller_and_librivid_must_use_the_same_simd_flags_and_EIGEN_MALLOC_ALREADY_ALIGNED)

@@ -1,9 +1,9 @@
 #!/bin/sh
 # tests/install/libcxx.sh WORK
 #
-# Library and unit tests by clang 19 with libc++, warnings are errors. Debian builds its C++ libraries for libstdc++, so
-# those that rivid links are built in WORK from Debian's sources first. On Debian 12 with clang-19, libc++-19-dev,
-# libc++abi-19-dev and dpkg-dev; a build that is in WORK is gone on with.
+# Library and unit tests by clang 19 with libc++, warnings are errors. Debian builds its C++ libraries for
+# libstdc++, so those that rivid links are built in WORK from Debian's sources first. On Debian 12 with
+# clang-19, libc++-19-dev, libc++abi-19-dev and dpkg-dev; a build that is in WORK is gone on with.
 set -eu
 mkdir -p "$1"
 work=$(cd "$1" && pwd)

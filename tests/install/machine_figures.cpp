@@ -1,5 +1,5 @@
-// machine_figures EXPERIMENT.toml: simulates it, fits rows of its reference, and prints each number to its last bit, so
-// that machines can be compared.
+// machine_figures EXPERIMENT.toml: simulates it, fits rows of its reference, and prints each number to its
+// last bit, so that machines can be compared.
 #include <cstdio>
 
 #include "rivid/rivid.hpp"

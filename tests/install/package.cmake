@@ -1,6 +1,7 @@
 # cmake -DPACKAGES=<folder of .deb> -DSOURCE_DIR=… -DWORK_DIR=… -P package.cmake
 #
-# The Debian packages that packaging/debian.sh made of SOURCE_DIR, laid out in WORK_DIR: the tools run, and a consumer is built with them.
+# The Debian packages that packaging/debian.sh made of SOURCE_DIR, laid out in WORK_DIR: the tools run, and a
+# consumer is built with them.
 
 cmake_minimum_required(VERSION 3.25)
 

@@ -1,7 +1,7 @@
 # cmake -DSOURCE_DIR=… -DWORK_DIR=… [-DWHOLE=ON] -P reproducible.cmake
 #
-# Builds copies of the sources in two folders, the files of the second one years older, and compares what comes out bit by bit: some objects
-# of the package, or with WHOLE all that is installed.
+# Builds copies of the sources in two folders, the files of the second one years older, and compares what
+# comes out bit by bit: some objects of the package, or with WHOLE all that is installed.
 
 cmake_minimum_required(VERSION 3.25)
 

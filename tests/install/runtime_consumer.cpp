@@ -1,5 +1,5 @@
-// A controller that links rivid::runtime: result.json → torques and the state of a shift. Without an argument it says
-// its name: the test looks at what it is linked to.
+// A controller that links rivid::runtime: result.json → torques and the state of a shift. Without an argument
+// it says its name: the test looks at what it is linked to.
 #include <cstdio>
 
 #include "rivid/experiment/result_file.hpp"

@@ -1,6 +1,6 @@
 // What the URDF says of masses and inertias accuses no log that is right: wrong, placeholder and missing ones
-// leave no more results doubtful than true ones do. (All links ten times too heavy are what torques in another
-// unit look like, and are said to be.)
+// leave no more results doubtful than true ones do. (All links ten times too heavy are what torques in
+// another unit look like, and are said to be.)
 
 #include <gtest/gtest.h>
 

@@ -119,8 +119,8 @@ TEST(Hints, OfTenFaultsExplainWhatTookNoPart) {
       }
     }
   }
-  // Torques of one joint in N·mm have no hint with a key. An offset of 0.1 rad, found as 0.101, hardly moves the
-  // torques of another motion like that of the fit: 0.36 % of them before, 0.39 % after.
+  // Torques of one joint in N·mm have no hint with a key. An offset of 0.1 rad, found as 0.101, hardly moves
+  // the torques of another motion like that of the fit: 0.36 % of them before, 0.39 % after.
   EXPECT_GE(named, 8U);
   EXPECT_LE(worse, 1U);
 }

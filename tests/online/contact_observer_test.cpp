@@ -299,8 +299,8 @@ TEST(ContactObserver, FollowsFrictionThatDriftsAndStillFeelsATouch) {
   }
 }
 
-// A blow of 20 ms is a collision at once; a push that grows slowly is a contact and none. A contact goes on until r has
-// been below half of the threshold for `hold`.
+// A blow of 20 ms is a collision at once; a push that grows slowly is a contact and none. A contact goes on
+// until r has been below half of the threshold for `hold`.
 TEST(ContactObserver, DistinguishesACollisionFromASlowPush) {
   const Scene s = scene(3, 6, 60.0);
   ContactObserver<double> observer(s.model, {.f_m = f_m, .hold = 0.2});

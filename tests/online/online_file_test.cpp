@@ -142,7 +142,8 @@ TEST_F(OnlineFile, CFunctionsAreTheEstimators) {
   rivid_contact_delete(contact);
 }
 
-// Ticks that are lost, late, no numbers and glitches among them; a state that is put back; what a gripper says.
+// Ticks that are lost, late, no numbers and glitches among them; a state that is put back; what a gripper
+// says.
 TEST_F(OnlineFile, TheStateByCIsThatByCpp) {
   std::array<char, 200> message{};
   EXPECT_EQ(rivid_state_new("none.json", f_m, 0.0, nullptr, 1, 5.0, message.data(), message.size()), nullptr);

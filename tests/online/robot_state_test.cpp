@@ -138,7 +138,8 @@ TEST(RobotState, BringsWhatItLearnsIntoTheFeedForwardWithoutAJump) {
   EXPECT_LE(std::sqrt(error / size), 0.15) << "of what the model alone leaves";
 }
 
-// Half a second of forces that no gripper makes, every four seconds, on an arm whose friction fades by a fifth.
+// Half a second of forces that no gripper makes, every four seconds, on an arm whose friction fades by a
+// fifth.
 TEST(RobotState, PushesAreContactsAndNoPayload) {
   Scene s;
   RobotState<double> state = s.state(30.0);

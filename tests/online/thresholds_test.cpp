@@ -105,7 +105,8 @@ TEST(LoadChange, IsFoundBeyondTheTailOfFByRowsThatVariancesRemember) {
   l.fill({0.0, 0.0, 0.0, 1.0});
   change.take(l, u, noise, 0);
   change.step();
-  // χ² of the only row beside what is known of the mass; at the begin the test counts as one and a half times its mean.
+  // χ² of the only row beside what is known of the mass; at the begin the test counts as one and a half times
+  // its mean.
   const double chi_square = u * u / (1.0 + 1.0 / (options.mass * options.mass));
   const double threshold = chi_square / (1.5 * change.suspicion());
   const double p = 1.0 / (3600.0 * options.hours_to_false_alarm * options.per_second *
@@ -118,7 +119,8 @@ TEST(LoadChange, IsFoundBeyondTheTailOfFByRowsThatVariancesRemember) {
   EXPECT_NEAR(tail / p, 1.0, 1e-6);
 }
 
-// Its likelihood ratio exceeds A with a probability of 1/A at most, at any time after a step; every third is tried.
+// Its likelihood ratio exceeds A with a probability of 1/A at most, at any time after a step; every third is
+// tried.
 TEST(LoadChange, IsAReleaseBeyondThatLikelihoodRatio) {
   const detail::LoadChange::Options options;
   detail::RowNoise noise(Vector{{1.0}}, Vector{{0.1}}, 1e9);

@@ -1,4 +1,5 @@
-// What [RIV] claims beside its tables, sections 4.3 to 5, on simulated logs of its SCARA; not judged, as part of it fails.
+// What [RIV] claims beside its tables, sections 4.3 to 5, on simulated logs of its SCARA; not judged, as part
+// of it fails.
 
 #include <gtest/gtest.h>
 

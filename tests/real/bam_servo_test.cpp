@@ -17,8 +17,8 @@ class BamServo : public test::RealData {
  protected:
   BamServo() : RealData("bam_servo") {}
 
-  // 1.13 kg at 0.12 m, of which the parameters are known in units of the drive gain alone: torque per rad between
-  // goal and position. The duty ends at 0.27 rad, with which the fast motion has the least residual.
+  // 1.13 kg at 0.12 m, of which the parameters are known in units of the drive gain alone: torque per rad
+  // between goal and position. The duty ends at 0.27 rad, with which the fast motion has the least residual.
   static constexpr double first_moment = 1.13 * 0.12;
 
   // load  whether the servo's own load is the control signal, in place of the law

@@ -1,5 +1,5 @@
-// Pieces of good logs of real robots are hardly ever called doubtful by an error, whether they are cut to files or
-// by a window.
+// Pieces of good logs of real robots are hardly ever called doubtful by an error, whether they are cut to
+// files or by a window.
 
 #include <gtest/gtest.h>
 

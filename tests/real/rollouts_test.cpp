@@ -1,4 +1,5 @@
-// Rollouts of real robots: open loop the identified model moves like the robot, in a stiff loop any model does.
+// Rollouts of real robots: open loop the identified model moves like the robot, in a stiff loop any model
+// does.
 
 #include "rivid/identify/rollouts.hpp"
 

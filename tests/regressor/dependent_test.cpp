@@ -226,8 +226,8 @@ TEST(Dependent, BatchesOfDynamicsAreThoseOfSingleSamplesAndDesignInertiasTheDiag
   }
 }
 
-// A palletiser's linkage in the plane of a column that turns: the shoulder moves the lower arm, the crank beside
-// it a lever; forearm and rod close the parallelogram, which is cut where they meet.
+// A palletiser's linkage in the plane of a column that turns: the shoulder moves the lower arm, the crank
+// beside it a lever; forearm and rod close the parallelogram, which is cut where they meet.
 struct Parallelogram {
   static constexpr double a = 0.8;  // lower arm and rod
   static constexpr double b = 0.3;  // lever and rear end of the forearm
@@ -259,8 +259,8 @@ struct Parallelogram {
   }
 
   // Where rod and forearm meet must not move: J q̇ = 0, of turn, shoulder, elbow, crank and rod; in the plane.
-  // At the angles θ about y the lower arm points along (sin θ, cos θ), lever and rear end of the forearm along
-  // (−cos θ, sin θ).
+  // At the angles θ about y the lower arm points along (sin θ, cos θ), lever and rear end of the forearm
+  // along (−cos θ, sin θ).
   static Matrix J(const Vector& q) {
     const auto up = [](double angle) {
       return Eigen::Vector2d(a * std::cos(angle), -a * std::sin(angle));  // slope of the lower arm's end

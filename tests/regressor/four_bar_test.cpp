@@ -1,5 +1,5 @@
-// Four-bar linkages and tables: their angles against a loop that Newton's method closes, or a function, and their
-// torques against those of the whole tree by KDL, folded by the slopes of that loop or function.
+// Four-bar linkages and tables: their angles against a loop that Newton's method closes, or a function, and
+// their torques against those of the whole tree by KDL, folded by the slopes of that loop or function.
 
 #include <gtest/gtest.h>
 

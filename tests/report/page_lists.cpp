@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "experiment/json_fields.hpp"
 #include "experiment/text_file.hpp"
@@ -36,10 +37,44 @@ std::string value_of(const KeyRow& row) {
          (unit.empty() ? "" : ", " + unit) + (row.otherwise == "–" ? "" : "; " + row.otherwise);
 }
 
+// An item in lines of 110 characters at most, if code and links, which stay whole, let it.
+std::string in_lines(std::string_view item) {
+  constexpr Index most = 110;
+  std::string out;
+  Index column = 0;
+  std::string part;  // that stays whole
+  Index width = 0;   // of it, in characters
+  char closing = 0;  // that ends code or a link's text
+  const auto put = [&] {
+    const bool first = out.empty();
+    if (!first && column + 1 + width > most) {
+      out += "\n  ";
+      column = 2;
+    } else if (!first) {
+      out += ' ';
+      ++column;
+    }
+    out += std::exchange(part, {});
+    column += std::exchange(width, 0);
+  };
+  for (const char c : item) {
+    if (closing == 0 && c == ' ' && !part.empty()) {
+      put();
+      continue;
+    }
+    const bool opens = closing == 0 && (c == '`' || c == '[');
+    closing = opens ? (c == '[' ? ']' : c) : c == closing ? char(0) : closing;
+    part += c;
+    width += (static_cast<unsigned char>(c) & 0xC0U) == 0x80U ? 0 : 1;  // 10xxxxxx goes on with a character
+  }
+  put();
+  return out + "\n";
+}
+
 // An item of a list: "- `max_gap` (`10` periods): a longer gap splits a log that is resampled".
 std::string item_of(std::string_view name, const std::string& in_brackets, std::string_view meaning) {
-  return "- " + in_code(name) + (in_brackets.empty() ? "" : " (" + in_brackets + ")") + ": " +
-         std::string(meaning) + '\n';
+  return in_lines("- " + in_code(name) + (in_brackets.empty() ? "" : " (" + in_brackets + ")") + ": " +
+                  std::string(meaning));
 }
 
 std::string in_digits_or_power(double value) {
@@ -47,7 +82,8 @@ std::string in_digits_or_power(double value) {
   return short_enough ? number(value, 6) : number(value, 3);
 }
 
-// What the numbers of command lines and the files may be. The interval of a key is in the message that refuses its value.
+// What the numbers of command lines and the files may be. The interval of a key is in the message that
+// refuses its value.
 std::string limits_list() {
   std::string out;
   for (const CommandLineNumber& number : command_line_numbers()) {
@@ -118,7 +154,7 @@ std::string with_tables(const std::string& page) {
   bool skips = false;
   std::istringstream lines(page);
   for (std::string line; std::getline(lines, line);) {
-    skips = skips && (line.starts_with('|') || line.starts_with("- `"));
+    skips = skips && (line.starts_with("- `") || line.starts_with("  "));
     if (!skips) {
       out += line + "\n";
     }

@@ -3,8 +3,8 @@
 #include <map>
 #include <string>
 
-// The lists of keys in docs/experiment.md, of members in docs/result.md and of limits in docs/reliability.md, and
-// the schema of experiment files, made from the fields.
+// The lists of keys in docs/experiment.md, of members in docs/result.md and of limits in docs/reliability.md,
+// and the schema of experiment files, made from the fields.
 namespace rivid::detail {
 
 /// Markdown lists and tables by their names: "signal", "result.fit".

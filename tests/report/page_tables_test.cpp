@@ -1,5 +1,5 @@
-// The lists of docs/experiment.md, docs/experiment_more.md, docs/result.md and docs/excite.md are those of the
-// fields, and the reader knows their keys.
+// The lists of docs/experiment.md, docs/experiment_more.md, docs/result.md and docs/excite.md are those of
+// the fields, and the reader knows their keys.
 //
 // After a change of a field: RIVID_WRITE_PAGES=1 build/test/tests/report_page_tables_test
 

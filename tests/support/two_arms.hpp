@@ -8,8 +8,8 @@
 
 namespace rivid::test {
 
-/// A torso that turns, two arms of three joints on it, and a hand on each whose two fingers, one of which follows
-/// the other, hang on the last link.
+/// A torso that turns, two arms of three joints on it, and a hand on each whose two fingers, one of which
+/// follows the other, hang on the last link.
 inline std::string two_arms() {
   std::string out = "<robot name=\"two_arms\"><link name=\"base\"/>";
   const auto body = [&](const std::string& link, const std::string& com, double mass, const std::string& I) {

@@ -23,8 +23,8 @@ struct TimeReport {
   double period = 0.0;         ///< median of the steps forward [s]
   double shortest_step = 0.0;  ///< of the steps forward [s]
   double longest_step = 0.0;   ///< [s]
-  /// Mean rate, (samples − 1) / (last − first) [Hz], of stamps that are late that of their clock; 0 where time
-  /// does not go forward.
+  /// Mean rate, (samples − 1) / (last − first) [Hz], of stamps that are late that of their clock; 0 where
+  /// time does not go forward.
   double rate_hz = 0.0;
   TimeFault repeated;      ///< steps below a thousandth of a period: no log has two samples that close
   TimeFault reversed;      ///< steps back

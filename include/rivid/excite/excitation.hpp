@@ -24,7 +24,8 @@ enum class Criterion {
   information,  ///< log det C: the geometric mean of all standard deviations, whatever the units (D-optimal)
   torque,       ///< the mean variance of predicted torques along other motions within the limits (I-optimal)
   parameters,   ///< the geometric mean of the standard deviations of some parameters
-  condition  ///< the condition number of the weighted observation matrix, which others make small: to compare with
+  condition  ///< the condition number of the weighted observation matrix, which others make small: to compare
+             ///< with
 };
 
 template <>
@@ -61,8 +62,8 @@ struct TorqueNoise {
   }
 };
 
-/// Standard deviations that an identification is to reach, in percent of a parameter's a-priori value, or of a
-/// tenth of the largest of its unit where that is more. 0: not asked for.
+/// Standard deviations that an identification is to reach, in percent of a parameter's a-priori value, or of
+/// a tenth of the largest of its unit where that is more. 0: not asked for.
 struct ExcitationTarget {
   double mass_percent = 0.0;  ///< of masses, first moments, inertias and rotors
   double Fv_percent = 0.0;
@@ -262,8 +263,8 @@ struct JointInformation {
   std::string joint;
   std::string unit;
   double sigma = 0.0;  ///< standard deviation of the torque errors of a sample of the motion [N·m | N]
-  double share =
-      0.0;  ///< tr(M⁻¹ Wᵀ W) / (σ² b): of all joints and what was known the sum is 1; not a number if M is singular
+  double share = 0.0;  ///< tr(M⁻¹ Wᵀ W) / (σ² b): of all joints and what was known the sum is 1; not a number
+                       ///< if M is singular
 
   template <typename R = JointInformation>
   static constexpr auto fields() {
@@ -337,7 +338,8 @@ struct [[nodiscard]] Excitation {
 
 /// Designs a motion that determines a robot's base parameters as well as possible, within limits:
 ///
-///   min f(M(z)),  M = M₀ + Σ_k Σ_j W_jᵀ W_j / σ_j²,  subject to  q, q̇, q̈, dq̈/dt, τ and distances within their limits
+///   min f(M(z)),  M = M₀ + Σ_k Σ_j W_jᵀ W_j / σ_j²,
+///   subject to  q, q̇, q̈, dq̈/dt, τ and distances within their limits
 ///
 /// over the coefficients of Fourier series, or splines, that begin and end at rest, q̇ = q̈ = 0, in one pose.
 /// Gradients are exact; limits are soft maxima joint by joint and pair by pair; the method of moving

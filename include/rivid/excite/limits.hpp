@@ -24,8 +24,8 @@ struct MotionLimits {
   double position_share = 0.95;
   double velocity_share = 0.9;
   double torque_share = 0.8;
-  /// Share by which masses, rotors and friction may be off: robots that differ from the description by so much,
-  /// drawn at random, keep the whole torque limits too.
+  /// Share by which masses, rotors and friction may be off: robots that differ from the description by so
+  /// much, drawn at random, keep the whole torque limits too.
   double prior_spread = 0.0;
 
   /// @param n  joints of the robot

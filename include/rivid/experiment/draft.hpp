@@ -19,7 +19,8 @@ struct ExperimentDraft {
 /// Writes an experiment file for a robot from the names of the columns of its logs: which are positions,
 /// torques, control signals, references and time, in which order of the joints, in which units; with the
 /// settings of a first identification for the rate of the logs. The last of several logs is kept for
-/// validation. Without a log it is the file of a design, for `rivid excite`, whose motion is the first to record.
+/// validation. Without a log it is the file of a design, for `rivid excite`, whose motion is the first to
+/// record.
 ///
 /// What can not be found out stands in the text as a comment that says what to fill in.
 ///

@@ -257,8 +257,8 @@ struct LogSource {
     }
   };
 
-  /// Where the floating base is in the world: the frame of its link, by its position or by an accelerometer on
-  /// it, and its orientation.
+  /// Where the floating base is in the world: the frame of its link, by its position or by an accelerometer
+  /// on it, and its orientation.
   struct BasePose {
     std::vector<Column> position;      ///< x, y, z [m]
     std::vector<Column> acceleration;  ///< specific force, R^T (a − g), in the frame of the link [m/s²]

@@ -24,8 +24,8 @@ struct FactoredLog {
 struct FactorsFile {
   LogFactors factors;
   std::vector<FactoredLog> logs;
-  std::string
-      run;  ///< run_id() of the run that wrote the file; empty where a program made it, or rivid before it had any
+  std::string run;  ///< run_id() of the run that wrote the file; empty where a program made it, or rivid
+                    ///< before it had any
   std::filesystem::path experiment;   ///< absolute; empty where a program made them
   std::vector<std::string> settings;  ///< that were laid over the experiment, and the rows that were chosen
   /// Key and value, as JSON, of what decides about rows: of the robot, of the reading of logs and of the
@@ -68,9 +68,12 @@ void merge(FactorsFile& into, const FactorsFile& other, std::string_view source)
 /// |---|---|
 /// | 8 | `rivid-LF` |
 /// | 4, 4 | version of the format, 1; the number 0x01020304, which shows the order of the bytes |
-/// | 8, … | bytes of a JSON text, and the text: run, robot, settings and logs, columns of each joint, and counts |
-/// | 8, … each | bytes of a factor, and the factor as encoded(const StreamingQr&): all rows joint by joint; where convention `matlab` decimates those before decimation; then block by block |
+/// | 8, … | bytes of a JSON text, and the text: run, robot, settings, logs, columns of each joint, counts |
+/// | 8, … each | bytes of a factor, and the factor as encoded(const StreamingQr&) |
 /// | 8 | FNV-1a checksum of all bytes before it |
+///
+/// Factors are of all rows joint by joint; where convention `matlab` decimates, of those before decimation;
+/// then block by block.
 [[nodiscard]] std::string encoded(const FactorsFile& file);
 
 /// What encoded() wrote.

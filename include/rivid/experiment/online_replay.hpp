@@ -14,8 +14,8 @@ namespace rivid {
 struct OnlineReplayOptions {
   /// A log says nothing of grippers: each change that is found is a payload's.
   RobotStateOptions state = {.payload = {.friction_change = 0.2, .longest_touch = 0.0}};
-  double learn =
-      30.0;  ///< time from the beginning in which thresholds of contacts are learned, at most half of the log [s]
+  double learn = 30.0;  ///< time from the beginning in which thresholds of contacts are learned, at most half
+                        ///< of the log [s]
   double interval = 0.05;  ///< from one record to the next [s]
 };
 
@@ -24,9 +24,9 @@ struct OnlineReplay {
   std::string source;
   std::vector<std::string> joints;
   double f_m = 0.0;
-  Vector t;  ///< [s]
-  Matrix
-      payload;  ///< mass, half width of its 95 % interval, centre of mass (3), largest half width of that; [kg], [m]
+  Vector t;        ///< [s]
+  Matrix payload;  ///< mass, half width of its 95 % interval, centre of mass (3), largest half width of that;
+                   ///< [kg], [m]
   Vector suspicion;     ///< of a change of the payload, over its threshold
   Matrix torque_error;  ///< by friction that has changed since the identification, a column a joint [N·m | N]
   Matrix external;      ///< external torque over its threshold, a column a joint
@@ -44,7 +44,8 @@ struct OnlineReplay {
 
 /// Replays a log as a control loop would have seen it: RobotState takes its ticks with their times.
 ///
-/// @param options  f_m of the state is that of the log, and its time to learn is `learn`, whatever stands there
+/// @param options  f_m of the state is that of the log, and its time to learn is `learn`, whatever stands
+///                 there
 /// @throws InputError  where model, log and options do not fit together
 [[nodiscard]] OnlineReplay replay(const OnlineModel& model, const ModelData& dynamics, const Log& log,
                                   OnlineReplayOptions options = {});

@@ -96,14 +96,14 @@ struct [[nodiscard]] Rehearsal {
   [[nodiscard]] bool passes() const;
 };
 
-/// Plays a motion with a hidden robot in the simulator, records it as the robot would, and identifies the record
-/// as draft_experiment() has it, with the robot of the plan: as planned, then with each trouble.
+/// Plays a motion with a hidden robot in the simulator, records it as the robot would, and identifies the
+/// record as draft_experiment() has it, with the robot of the plan: as planned, then with each trouble.
 ///
-/// The hidden robot is drawn about the description: bodies are scaled and stretched by up to ± `spread` and stay
-/// physically consistent; rotors and friction are drawn about the a-priori values, or in proportion to inertias
-/// and torques of the motion where there are none. Its loop is [control], tuned for the hidden robot, else PD
-/// with ω_n = 60 rad/s; its drives give max_effort and no more. Noise is that of [simulation], else recorded
-/// torques have the noise of the plan; the resolution of positions is that of [control].
+/// The hidden robot is drawn about the description: bodies are scaled and stretched by up to ± `spread` and
+/// stay physically consistent; rotors and friction are drawn about the a-priori values, or in proportion to
+/// inertias and torques of the motion where there are none. Its loop is [control], tuned for the hidden
+/// robot, else PD with ω_n = 60 rad/s; its drives give max_effort and no more. Noise is that of [simulation],
+/// else recorded torques have the noise of the plan; the resolution of positions is that of [control].
 ///
 /// @param motion  file with positions over time, with the columns of [log]
 /// @throws InputError  where motion or options can not be used, or the robot has no a-priori masses

@@ -20,9 +20,9 @@ namespace rivid {
 /// its standard parameters ("XX1", …, "M1", "Fv1", …).
 ///
 /// The ending of the file's name decides its format:
-///   .json  result.json of rivid identify or simulation.json of rivid simulate: a list `parameters` of objects with
-///          name and value; or an object, itself or its member `parameters`, from names to values, each a number or an
-///          object with a value
+///   .json  result.json of rivid identify or simulation.json of rivid simulate: a list `parameters` of
+///          objects with name and value; or an object, itself or its member `parameters`, from names to
+///          values, each a number or an object with a value
 ///   .toml  names = values, in the table [parameters] or at the top
 ///   .csv   a header with the columns name and value; others are not looked at
 ///
@@ -108,7 +108,8 @@ struct IdentifiedRobot {
 
 /// The same from a result.json, in one call:
 ///
-///   PayloadEstimator<double> payload(read_online_model("my_robot_result/result.json"), {.rows = {.f_m = 1000}});
+///   const OnlineModel model = read_online_model("my_robot_result/result.json");
+///   PayloadEstimator<double> payload(model, {.rows = {.f_m = 1000}});
 ///
 /// @throws InputError  "file: member …" for a file that can not be read or is none, and for a result that is
 ///                     not identified, unless options.force; physically consistent parameters have no

@@ -19,10 +19,10 @@ namespace rivid {
 /// the names of their columns, `standard_parameters` and `parameters`. Equal draws are equal bytes.
 [[nodiscard]] std::string to_npz(const BaseParameters& base, const PosteriorSamples& samples);
 
-/// Where 95 % of the draws are, by parameter, in the words of programs that draw them anew for each run: arrays
-/// of an MjModel by names of joints and bodies, and parameters of the event terms of Isaac Lab. Friction and
-/// rotor inertia are values; mass and centre of mass of a link, with what is fixed to it, are differences from
-/// the result. Ranges know nothing of the correlations that the draws have.
+/// Where 95 % of the draws are, by parameter, in the words of programs that draw them anew for each run:
+/// arrays of an MjModel by names of joints and bodies, and parameters of the event terms of Isaac Lab.
+/// Friction and rotor inertia are values; mass and centre of mass of a link, with what is fixed to it, are
+/// differences from the result. Ranges know nothing of the correlations that the draws have.
 ///
 /// @param chi_st  that differences are from, (N_s)
 [[nodiscard]] std::string randomisation_ranges(const Robot& robot, const Eigen::Ref<const Vector>& chi_st,

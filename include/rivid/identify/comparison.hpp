@@ -40,8 +40,8 @@ struct PairedTest {
   /// Mean squared error of a over that of b, each joint in units of the mean squared error of both on it:
   /// below 1 where a predicts better.
   double ratio = std::numeric_limits<double>::quiet_NaN();
-  double t = std::numeric_limits<
-      double>::quiet_NaN();  ///< of the blocks' differences, blocks − 1 degrees of freedom
+  double t = std::numeric_limits<double>::quiet_NaN();  ///< of the blocks' differences, blocks − 1 degrees of
+                                                        ///< freedom
   /// That models which predict equally well differ by as much, two-sided, times the number of pairs, 1 at
   /// most. Not a number where the logs are too short for six blocks.
   double p = std::numeric_limits<double>::quiet_NaN();

@@ -15,8 +15,10 @@ namespace rivid {
 enum class CovarianceKind {
   automatic,  ///< classical in Convention::matlab, blocks otherwise
   classical,  ///< (18) of [RIV]: as if the errors of the rows were independent of each other
-  hac,  ///< from the errors themselves, however they are correlated over time and among joints: Newey & West (1987)
-  blocks  ///< that of `hac`, scaled to what the estimate moves by when a block of time is left out: model errors that last
+  hac,  ///< from the errors themselves, however they are correlated over time and among joints: Newey & West
+        ///< (1987)
+  blocks  ///< that of `hac`, scaled to what the estimate moves by when a block of time is left out: model
+          ///< errors that last
 };
 
 template <>
@@ -25,8 +27,8 @@ inline constexpr std::array names_of<CovarianceKind> =
 
 struct CovarianceOptions {
   CovarianceKind kind = CovarianceKind::automatic;
-  double lag =
-      0.0;  ///< of `hac` [s], over which errors count as correlated; 0: by a rule from the errors, Andrews (1991)
+  double lag = 0.0;  ///< of `hac` [s], over which errors count as correlated; 0: by a rule from the errors,
+                     ///< Andrews (1991)
 
   [[nodiscard]] std::optional<std::string> complaint() const;
 

@@ -23,8 +23,8 @@ struct FrictionChoice {
   std::optional<double> symmetric_validation_error = {};
   std::vector<Friction> close = {};  ///< laws that the logs hardly distinguish from this one
 
-  /// "friction load_root (Fv Fc off Fl Fr) of all joints, by cross-validation: 2.1 % of unseen torques instead
-  /// of 3.9 % with symmetric, …"
+  /// "friction load_root (Fv Fc off Fl Fr) of all joints, by cross-validation: 2.1 % of unseen torques
+  /// instead of 3.9 % with symmetric, …"
   ///
   /// @throws InputError  where the robot has no such joint
   [[nodiscard]] std::string text(const Robot& robot) const;
@@ -34,7 +34,8 @@ struct FrictionChoice {
 struct FrictionChoices {
   std::vector<FrictionChoice> kinds;  ///< one a law of revolute and of prismatic joints, where they are open
   /// What the choice leaves open of the base parameters of with_friction(), (b × b): the shifts by the other
-  /// laws and what these leave open more, weighted by the chance that they are better. Estimation::choice_covariance should be that.
+  /// laws and what these leave open more, weighted by the chance that they are better.
+  /// Estimation::choice_covariance should be that.
   Matrix C;
 };
 

@@ -57,8 +57,8 @@ struct ParameterEstimate {
   double relative_sigma_percent = 0.0;  ///< 100 σ / |value|
   double plain_sigma = 0.0;  ///< σ of CovarianceKind::hac, where `sigma` is that of `blocks`; else the same
   std::array<double, 2> interval_95 = {0.0, 0.0};  ///< value ± CovarianceReport::quantile_975 σ
-  /// Expected bias by the noise of the positions, in the σ of errors in the rows. Not a number where instruments know none of that
-  /// noise, and for robust estimates.
+  /// Expected bias by the noise of the positions, in the σ of errors in the rows. Not a number where
+  /// instruments know none of that noise, and for robust estimates.
   double noise_bias = std::numeric_limits<double>::quiet_NaN();
   /// By what those Identification::alternatives that are warnings move it together, which is part of `sigma`.
   double model_shift = 0.0;
@@ -216,8 +216,8 @@ struct PhysicalModel {
   Physical options;
   PhysicalParameters parameters;
   Fit fit;  ///< on the rows of the identification
-  /// Whether blocks of time that are left out one by one are predicted better than by the estimate, beyond what
-  /// that scatters by, or the estimate is rank deficient: then this set is the answer.
+  /// Whether blocks of time that are left out one by one are predicted better than by the estimate, beyond
+  /// what that scatters by, or the estimate is rank deficient: then this set is the answer.
   bool better = false;
   /// Covariance of `parameters.chi` by the blocks, and by what the prior decided, (b × b); empty where the
   /// blocks can not say.
@@ -325,8 +325,8 @@ struct IvHistory {
   LoopDiagnosis loop;
   /// Strength of the instruments for each parameter, as the F statistic of a first stage, (b): weak below 10.
   Vector first_stage_F;
-  Vector
-      least_squares;  ///< IDIM-WLS (IDIM-OLS without weights) on the same rows, (b); empty where it has not full rank
+  Vector least_squares;  ///< IDIM-WLS (IDIM-OLS without weights) on the same rows, (b); empty where it has
+                         ///< not full rank
 };
 
 /// Autoregressive model of the error of one joint's rows, ρ_t = Σ_i ar_i ρ_{t−i} + e_t.
@@ -528,8 +528,8 @@ struct [[nodiscard]] Identification {
   std::optional<EssentialModel> essential;
   std::optional<PhysicalModel> physical;  ///< where the method was asked for it, and where it is the answer
 
-  /// Whether the answer is the physically consistent set rather than chi; and of the answer its parameters and
-  /// its errors, of the fit and of a validation.
+  /// Whether the answer is the physically consistent set rather than chi; and of the answer its parameters
+  /// and its errors, of the fit and of a validation.
   [[nodiscard]] bool physical_answers() const { return physical && physical->better; }
   [[nodiscard]] const Vector& answer() const { return physical_answers() ? physical->parameters.chi : chi; }
   [[nodiscard]] const Fit& answer_fit() const { return physical_answers() ? physical->fit : fit; }

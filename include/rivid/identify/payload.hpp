@@ -73,11 +73,11 @@ struct PayloadValue {
 struct Payload {
   std::string name;    ///< of the LoadedLogs; of a difference "b - a"
   std::string reason;  ///< why its inertia is not reported, or of a difference its centre of mass
-  PayloadModel model = PayloadModel::body;        ///< that is reported: body or point
-  double mass = 0.0;                              ///< [kg]
-  Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< centre of mass [m]
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::
-      Zero();  ///< about the centre of mass, axes of the flange [kg·m²]; of a point a usual one
+  PayloadModel model = PayloadModel::body;            ///< that is reported: body or point
+  double mass = 0.0;                                  ///< [kg]
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();      ///< centre of mass [m]
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass, axes of the flange
+                                                      ///< [kg·m²]; of a point a usual one
   std::vector<PayloadValue> values;  ///< mass, com_x, com_y, com_z, and of a body Ixx Iyy Izz Ixy Ixz Iyz
   /// What of its logs is not explained by arm and payload, by joint, (n) [N·m | N].
   Vector sigma_rho;
@@ -111,10 +111,11 @@ struct [[nodiscard]] PayloadReport {
 };
 
 /// Identifies payloads from logs of the arm without and with them: one fit of all rows, with common
-/// parameters of the arm and ten columns of a body on the last link in the rows with a payload, weighted joint
-/// by joint. But for PayloadModel::body its inertia about the centre of mass is known to be m (0.1 m)², as
-/// well as that is large, so that what the motion does not show of it is in all intervals. Gauss-Newton, for unknown gains and friction that follows the load are not
-/// linear: with the relative inverse gain r_j of each joint,
+/// parameters of the arm and ten columns of a body on the last link in the rows with a payload, weighted
+/// joint by joint. But for PayloadModel::body its inertia about the centre of mass is known to be m (0.1 m)²,
+/// as well as that is large, so that what the motion does not show of it is in all intervals. Gauss-Newton,
+/// for unknown gains and friction that follows the load are not linear: with the relative inverse gain r_j of
+/// each joint,
 ///
 ///   y_j = r_j (W_j χ + L_j λ),   K_j = nominal_j / r_j.
 ///

@@ -25,8 +25,8 @@ struct RowTable {
   Vector robust_weight;  ///< that a squared error counts with in robust estimation, 0 … 1; 1 without, (R)
   Vector prediction;     ///< W χ, (R)
   Vector residual;       ///< Y − W χ, (R)
-  Vector
-      leverage;  ///< diagonal of the hat matrix of the weighted rows; not a number where W has not full rank, (R)
+  Vector leverage;    ///< diagonal of the hat matrix of the weighted rows; not a number where W has not full
+                      ///< rank, (R)
   Vector chi;         ///< estimate, (b)
   Matrix covariance;  ///< C_χχ, (b × b)
 };

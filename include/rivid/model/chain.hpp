@@ -74,7 +74,8 @@ struct Chain {
 
   /// Positions that all curves reach, of joint j; infinite ends where there are none.
   [[nodiscard]] std::array<double, 2> reach(int j) const;
-  /// Turns positions between −π and π, of a prismatic joint between −1 and 1, into such that all curves reach.
+  /// Turns positions between −π and π, of a prismatic joint between −1 and 1, into such that all curves
+  /// reach.
   ///
   /// @param q  called as q(j): a reference to the position of joint j
   template <typename Positions>
@@ -129,7 +130,8 @@ struct InertialColumn {
 
 namespace detail {
 
-// Motion of joints, values of some samples; those of a joint lie a stride apart from the next one's. Null: zero.
+// Motion of joints, values of some samples; those of a joint lie a stride apart from the next one's. Null:
+// zero.
 template <typename Value>
 struct JointMotion {
   const Value* q;

@@ -16,8 +16,8 @@ namespace rivid {
 ///
 ///   q = offset + Σ factor q_k
 ///
-/// A mimic joint of a URDF is one. A parallelogram is a tree whose loop is cut at one joint: its passive joints
-/// are such sums of the driven ones, and no parameter of the loop is lost.
+/// A mimic joint of a URDF is one. A parallelogram is a tree whose loop is cut at one joint: its passive
+/// joints are such sums of the driven ones, and no parameter of the loop is lost.
 struct DependentJoint {
   std::string joint;
   std::map<std::string, double> of = {};  ///< factors by the names of the joints that it follows
@@ -48,9 +48,10 @@ struct DependentJoint {
   }
 };
 
-/// A planar four-bar linkage that the tree of the robot has cut at the axis between coupler and rocker. Lengths
-/// and angles are those of the description: the crank turns the joint `crank`, the coupler hangs on the crank, and
-/// the rocker on what carries the crank. The passive joints of coupler and rocker follow the crank.
+/// A planar four-bar linkage that the tree of the robot has cut at the axis between coupler and rocker.
+/// Lengths and angles are those of the description: the crank turns the joint `crank`, the coupler hangs on
+/// the crank, and the rocker on what carries the crank. The passive joints of coupler and rocker follow the
+/// crank.
 struct FourBar {
   std::string crank, coupler, rocker;            ///< joints, revolute, of parallel axes
   Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< closing point in the frame of the rocker's link [m]
@@ -75,8 +76,8 @@ struct FourBar {
 ///
 /// @param q   positions of the joints that are followed, (points × d)
 /// @param of  the positions that they lead to, (points)
-/// @throws InputError  no numbers; few points; none, or more than JointSpline::most_joints to follow; a joint that does
-///                     not move; points that are on no such spline to a hundredth of their range
+/// @throws InputError  no numbers; few points; none, or more than JointSpline::most_joints to follow; a joint
+///                     that does not move; points that are on no such spline to a hundredth of their range
 [[nodiscard]] JointSpline spline_through(const Eigen::Ref<const Matrix>& q,
                                          const Eigen::Ref<const Vector>& of);
 
@@ -84,18 +85,18 @@ struct FourBar {
 ///
 /// @param robot  before with_dependents()
 /// @throws InputError  a joint that is none of the robot, is not revolute or out of place; axes that are not
-///                     parallel; a linkage that can not be closed where its crank's joint is at 0, or is stretched
-///                     there
+///                     parallel; a linkage that can not be closed where its crank's joint is at 0, or
+///                     is stretched there
 [[nodiscard]] std::vector<DependentJoint> with_four_bars(const Robot& robot,
                                                          std::span<const FourBar> four_bars,
                                                          std::vector<DependentJoint> dependents = {});
 
 /// The same robot with these joints as Chain::dependents: its joints are the others, and torques,
-/// positions and options are of these alone. One that follows a dependent joint follows what that one follows.
-/// Friction, rotor inertia and limits of a dependent joint are no part of the robot.
+/// positions and options are of these alone. One that follows a dependent joint follows what that one
+/// follows. Friction, rotor inertia and limits of a dependent joint are no part of the robot.
 ///
-/// @throws InputError  a joint that is named twice, is none of the robot or, in the end, follows itself; a factor
-///                     of zero; no joint left
+/// @throws InputError  a joint that is named twice, is none of the robot or, in the end, follows itself; a
+///                     factor of zero; no joint left
 [[nodiscard]] Robot with_dependents(Robot robot, std::span<const DependentJoint> dependents);
 
 /// The dependent joints of a robot by their names.

@@ -11,11 +11,13 @@ namespace rivid {
 ///
 /// A fixed segment is lumped into the moving link before it; before the first moving joint only its transform
 /// counts. The standard parameters of a moving link are given in
-///   - the tip frame of its segment, where the joint's axis passes through its origin (always so for a URDF and
-///     for a prismatic joint) and is ±x, ±y or ±z of it;
-///   - a frame at that origin that is turned to have z along the axis, where the axis is oblique in the tip frame;
-///   - the joint's frame (origin at the joint's origin, axes of the segment's root at q = 0), where a revolute
-///     axis misses the tip, as in Denavit-Hartenberg segments; turned as above if the axis is oblique there too.
+///   - the tip frame of its segment, where the joint's axis passes through its origin (always so for a URDF
+///     and for a prismatic joint) and is ±x, ±y or ±z of it;
+///   - a frame at that origin that is turned to have z along the axis, where the axis is oblique in the tip
+///     frame;
+///   - the joint's frame (origin at the joint's origin, axes of the segment's root at q = 0), where a
+///     revolute axis misses the tip, as in Denavit-Hartenberg segments; turned as above if the axis is
+///     oblique there too.
 /// Robot::warnings says where it is not the first. An axis within 1e-9 rad of a coordinate axis counts as
 /// that axis. The joint's inertia becomes Joint::Ia and its damping Joint::Fv; its stiffness is ignored with
 /// a warning; its offset needs no care, since KDL itself takes it out of the segment's pose. Names that KDL

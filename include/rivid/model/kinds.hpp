@@ -235,7 +235,8 @@ enum class Friction {
   load,        ///< τ = Fv q̇ + (Fc + Fl |τ_load|) sign q̇ + off
   root,        ///< τ = Fv q̇ + Fr √|q̇| sign q̇ + Fc sign q̇ + off
   load_root,   ///< both of them: τ = Fv q̇ + Fr √|q̇| sign q̇ + (Fc + Fl |τ_load|) sign q̇ + off
-  automatic  ///< one of symmetric, root, load and load_root that choose_friction() puts in its place; until then the first
+  automatic    ///< one of symmetric, root, load and load_root that choose_friction() puts in its place; until
+               ///< then the first
 };
 
 struct FrictionRow {

@@ -14,9 +14,9 @@
 
 namespace rivid {
 
-/// How a passive joint of a planar four-bar linkage follows the joint of its crank: by the law of cosines, and
-/// slopes and curvatures by the derivatives of the closed loop. Angles are about the axis of the crank's joint,
-/// from the line that leads from the crank's axis to the rocker's.
+/// How a passive joint of a planar four-bar linkage follows the joint of its crank: by the law of cosines,
+/// and slopes and curvatures by the derivatives of the closed loop. Angles are about the axis of the crank's
+/// joint, from the line that leads from the crank's axis to the rocker's.
 struct FourBarAngle {
   double ground = 0.0;       ///< distance of the crank's axis to the rocker's [m]
   double crank = 0.0;        ///< of the crank's axis to the coupler's [m]
@@ -57,7 +57,8 @@ struct FourBarAngle {
   [[nodiscard]] std::array<Scalar, 3> of_one(const Scalar& q) const;
 };
 
-/// How a joint follows one to three others by a table: a cubic spline of pieces of one length in each of them.
+/// How a joint follows one to three others by a table: a cubic spline of pieces of one length in each of
+/// them.
 struct JointSpline {
   static constexpr std::size_t most_joints = 3;  // a choice: coefficients grow by a power of each
   static constexpr std::size_t most_values = 1 + most_joints + most_joints * most_joints;  // with curvatures

@@ -174,11 +174,11 @@ struct Joint {
   double Fv = 0.0;  ///< a-priori viscous friction [N·m·s/rad | N·s/m]
   double Fc = 0.0;  ///< a-priori Coulomb friction [N·m | N]
 
-  /// Twin of this joint, empty for none: identify() ties rotor inertia, friction (but for `off`) and the body of
-  /// the link to those of the joint of that name.
+  /// Twin of this joint, empty for none: identify() ties rotor inertia, friction (but for `off`) and the body
+  /// of the link to those of the joint of that name.
   std::string same_as = {};
-  /// Signs ±1 of the axes of the link's frame, in which the twin's body becomes this one; empty: by the geometry,
-  /// at q = 0.
+  /// Signs ±1 of the axes of the link's frame, in which the twin's body becomes this one; empty: by the
+  /// geometry, at q = 0.
   std::vector<int> mirror = {};
 
   /// g_τ of Eqs. (8, 9): joint-side torque per unit of the control signal.
@@ -273,8 +273,8 @@ struct Robot {
   /// distinguishes is a few hundredths.
   double base_tolerance = 1e-5;
   GeometryTolerance tolerance;
-  /// 6 on a floating base, else 0. The first six joints are then those of its pose in the world: x, y, z, yaw,
-  /// pitch, roll. No drive moves them, and the links between them have no body.
+  /// 6 on a floating base, else 0. The first six joints are then those of its pose in the world: x, y, z,
+  /// yaw, pitch, roll. No drive moves them, and the links between them have no body.
   Index base_joints = 0;
   /// Of all links that a floating base carries, where it is known: it fixes the scale where no torque is
   /// measured, see known_mass() [kg].
@@ -302,8 +302,8 @@ struct Robot {
   [[nodiscard]] std::optional<std::size_t> link_of(std::string_view joint) const;
 
   /// The standard parameters that this robot has, link by link: XX … M, then Ia where the joint has a rotor
-  /// inertia, then those of its friction law (at most 16 a link), then those of its motor's coupling. Links of
-  /// dependent joints have the first ten alone, those before first_body() none.
+  /// inertia, then those of its friction law (at most 16 a link), then those of its motor's coupling. Links
+  /// of dependent joints have the first ten alone, those before first_body() none.
   [[nodiscard]] std::vector<StandardParameter> standard_parameters() const;
 
   /// A-priori values of standard_parameters(), (N_s) [SI, joint side]: chi_st of Eq. (2) of [RIV].

@@ -81,8 +81,8 @@ struct ContactObserverOptions {
 /// for. A joint has no threshold (infinity), and sees no contact, before it has spent three seconds in one
 /// class and one more.
 ///
-/// A contact begins above a threshold and ends when it has been below half of it for `hold`. A **collision** is what
-/// a faster residual has beyond r, with thresholds of its own, learned in the same way.
+/// A contact begins above a threshold and ends when it has been below half of it for `hold`. A **collision**
+/// is what a faster residual has beyond r, with thresholds of its own, learned in the same way.
 ///
 /// After the constructor no member allocates, throws or locks.
 ///
@@ -143,11 +143,11 @@ class ContactObserver {
 
   [[nodiscard]] bool contact() const noexcept { return link_ >= 0; }
   /// The link that is touched, counted from 0: the last joint that has felt more than three deviations since
-  /// the contact began moves it. A force through the axes of joints behind is not seen by these, so it may be a
-  /// later link. −1 without a contact.
+  /// the contact began moves it. A force through the axes of joints behind is not seen by these, so it may be
+  /// a later link. −1 without a contact.
   [[nodiscard]] Index link() const noexcept { return link_; }
-  /// Whether r has come near to the contact's force, so that weak torques of later joints show too: link() and
-  /// the force mean little before.
+  /// Whether r has come near to the contact's force, so that weak torques of later joints show too: link()
+  /// and the force mean little before.
   [[nodiscard]] bool link_settled() const noexcept {
     return contact() &&
            static_cast<double>(contact_.ticks) * options_.bandwidth > time_constants * options_.f_m;
@@ -167,14 +167,15 @@ class ContactObserver {
     Eigen::Matrix<Scalar, 6, 1> sigma = Eigen::Matrix<Scalar, 6, 1>::Zero();  ///< standard deviations
   };
   /// Force and moment that explain the residual of joints 0 … link, and their deviations by those of r in the
-  /// present class of motion. What these joints do not feel has the deviation of what is usual: 300 N, 100 N·m.
+  /// present class of motion. What these joints do not feel has the deviation of what is usual: 300 N, 100
+  /// N·m.
   [[nodiscard]] Wrench wrench(Index link, const Eigen::Vector3<Scalar>& point) const noexcept {
     return explained(link, point, usual_force, usual_moment);
   }
 
   /// A body on the last link that the model does not have, XX … M in the frame of that link:
-  /// PayloadEstimator::inertial(). Else its weight is an external torque. r goes on from what it was; thresholds
-  /// stay.
+  /// PayloadEstimator::inertial(). Else its weight is an external torque. r goes on from what it was;
+  /// thresholds stay.
   void set_payload(const Eigen::Matrix<Scalar, inertial_count, 1>& body) noexcept {
     const Inertial& in_link = body.template cast<double>();
     momentum_.set_payload(transformed(in_link, axes_, Eigen::Vector3d::Zero()));
@@ -209,8 +210,8 @@ class ContactObserver {
   // Squares of what lies far beyond would overflow.
   static constexpr double largest_position = 1e6;
   static constexpr double largest = 1e9;
-  // Classes of a joint's motion: just stopped, at rest, and by direction after a reversal and by half octaves of
-  // speed.
+  // Classes of a joint's motion: just stopped, at rest, and by direction after a reversal and by half octaves
+  // of speed.
   static constexpr int half_octaves = 20;
   static constexpr int class_count = 2 + 2 * (1 + half_octaves);
   static constexpr int stopped = 0;  // number of the class
@@ -508,8 +509,8 @@ void ContactObserver<Scalar>::classify(Index j, const Scalar& speed) noexcept {
   motion.kind = 2 + 2 * speed_class + (direction > 0 ? 0 : 1);
 }
 
-// Friction holds a joint at rest by any torque, but by the same one for all of a rest. A joint that breaks away is
-// no contact: r is judged a little late, once it is known that all joints are still at rest.
+// Friction holds a joint at rest by any torque, but by the same one for all of a rest. A joint that breaks
+// away is no contact: r is judged a little late, once it is known that all joints are still at rest.
 template <typename Scalar>
 void ContactObserver<Scalar>::follow_rest(double memory) noexcept {
   const bool rests = std::ranges::all_of(motions_, [](const Motion1& m) { return m.direction == 0; });

@@ -140,8 +140,8 @@ class InformationTriangle {
 
   // Whether rows are reported alone, and R stays as it is.
   void watch(bool alone) noexcept { watching_ = alone; }
-  // The first rows of another R, into which go those that are watched: what they say of the first unknowns, given
-  // the others.
+  // The first rows of another R, into which go those that are watched: what they say of the first unknowns,
+  // given the others.
   [[nodiscard]] std::vector<Scalar>& instead() noexcept { return instead_; }
 
   // Rows that wait, and the one at hand, are lost.

@@ -70,8 +70,8 @@ inline std::optional<std::string> OnlineModel::complaint() const {
 
 namespace detail {
 
-// The same model with friction that follows the load in each joint whose law has dry friction and lacks it: as
-// nothing, with this deviation. Few identifications show it, and all gears with teeth have some.
+// The same model with friction that follows the load in each joint whose law has dry friction and lacks it:
+// as nothing, with this deviation. Few identifications show it, and all gears with teeth have some.
 inline OnlineModel with_load_friction(OnlineModel model, double sigma) {
   std::vector<int> joints;
   for (const BaseParameter& p : model.base.parameters) {

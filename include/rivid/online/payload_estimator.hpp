@@ -131,9 +131,9 @@ struct OnlinePayload {
 /// RowStream.
 ///
 /// A change of the payload is found by a likelihood-ratio test of the prediction errors on the columns of L
-/// that belong to mass and first moments, for several onsets, and of those on what is held, which may be let go;
-/// thresholds follow from `hours_to_false_alarm`. Then the estimate of the arm goes back to before the change, and the payload is
-/// learned anew.
+/// that belong to mass and first moments, for several onsets, and of those on what is held, which may be let
+/// go; thresholds follow from `hours_to_false_alarm`. Then the estimate of the arm goes back to before the
+/// change, and the payload is learned anew.
 ///
 /// A tick costs the same as any other: the triangle takes a row over several ticks, and the solution is made
 /// row by row, so that payload() is 11 ticks old at most. After the constructor no member allocates, throws
@@ -171,8 +171,8 @@ class PayloadEstimator {
   /// @return     whether a change of the payload was found
   bool update(const Values& q, const Values& tau) noexcept;
 
-  /// The gripper has closed on something or has let it go: the payload is learned anew from now on, and what is
-  /// known of the arm stays. To be called between the last tick before and the first one after.
+  /// The gripper has closed on something or has let it go: the payload is learned anew from now on, and what
+  /// is known of the arm stays. To be called between the last tick before and the first one after.
   void payload_changed() noexcept;
   /// The payload is known, from a database or by weighing: a point in the flange frame, with deviations.
   ///
@@ -181,8 +181,8 @@ class PayloadEstimator {
                      const Scalar& com_sigma) noexcept;
   /// The gripper opens, or closes. What was held while it was open is held again when it opens.
   void gripper(bool open) noexcept;
-  /// Something touches the robot, or no longer does. While it does nothing is learned, and nothing is good; what
-  /// goes on for longer than `longest_touch`, as a change of the payload would, is one.
+  /// Something touches the robot, or no longer does. While it does nothing is learned, and nothing is good;
+  /// what goes on for longer than `longest_touch`, as a change of the payload would, is one.
   void touched(bool now) noexcept;
   /// Whether something touches the robot: as said, or a change that was found and is no payload's yet.
   [[nodiscard]] bool touched() const noexcept { return counters_.touched; }

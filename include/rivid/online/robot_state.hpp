@@ -72,13 +72,13 @@ class BodyTorque {
 
 }  // namespace detail
 
-/// The state of a robot in its control loop, for a whole shift: payload, friction and contacts, each of which uses
-/// what the others have learned.
+/// The state of a robot in its control loop, for a whole shift: payload, friction and contacts, each of which
+/// uses what the others have learned.
 ///
-/// TickGate makes even ticks of those that come. PayloadEstimator learns payload and friction. The observer of
-/// contacts is told the payload, and its thresholds follow what friction drifts by.
-/// While something touches the robot nothing is learned of it. What a controller knows — the gripper has closed,
-/// this part has 2 kg — it says by payload_changed(), payload_known() and gripper().
+/// TickGate makes even ticks of those that come. PayloadEstimator learns payload and friction. The observer
+/// of contacts is told the payload, and its thresholds follow what friction drifts by. While something
+/// touches the robot nothing is learned of it. What a controller knows — the gripper has closed, this part
+/// has 2 kg — it says by payload_changed(), payload_known() and gripper().
 ///
 /// Everything is one tick old. After the constructor no member allocates, throws or locks.
 ///
@@ -117,8 +117,8 @@ class RobotState {
   [[nodiscard]] Index payload_changes() const noexcept { return status_.changes; }
   /// Torque that friction has gained since the identification, at a tick of late, (n) [N·m | N].
   [[nodiscard]] const Result& friction_gained() const noexcept { return gained_; }
-  /// Whether something touches the robot. Both are silent until a payload that has changed is known, some 0.6 s of motion:
-  /// its weight would be a contact.
+  /// Whether something touches the robot. Both are silent until a payload that has changed is known, some 0.6
+  /// s of motion: its weight would be a contact.
   [[nodiscard]] bool contact() const noexcept { return status_.touched; }
   [[nodiscard]] bool collision() const noexcept { return status_.collision; }
   /// Time for which thresholds are still learned [s]; contacts are not seen before.
@@ -147,8 +147,8 @@ class RobotState {
   void finish() noexcept { payload_.finish(); }
 
   /// Torques for a motion: those of the model, with the friction and the payload of the state, (n) [N·m | N].
-  /// What is learned comes in at feedforward_rate, so there is no jump when a payload becomes known. To be called
-  /// once a tick.
+  /// What is learned comes in at feedforward_rate, so there is no jump when a payload becomes known. To be
+  /// called once a tick.
   ///
   /// @param q, qd, qdd  of the reference, (n)
   const Result& feedforward(const Values& q, const Values& qd, const Values& qdd) noexcept;

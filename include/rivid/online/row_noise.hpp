@@ -138,13 +138,13 @@ class RowNoise {
 };
 
 // Whether prediction errors look like another load: u = lᵀ δ + e, e with unit variance, δ the change of first
-// moments and mass, l what it makes of a row that the estimate has followed [Willsky & Jones 1976]. Sums since
-// a step, a = Σ l u, have the covariance B = Σ l lᵀ while nothing has changed, so aᵀ B⁻¹ a is χ² with four
-// degrees of freedom: the likelihood ratio of a change at that step. Several steps are tried, each about twice
-// as long ago as the next. That what is held is let go is the likeliest change, and known: δ = −λ̂. Its likelihood
-// ratio exceeds A at any time after its step with a probability of 1/A at most. On a real arm the test is larger, by errors of the model that look like a load, and
-// smaller where errors of neighbouring rows are alike; both are measured by its own mean of late, which a
-// change that is not found moves little.
+// moments and mass, l what it makes of a row that the estimate has followed [Willsky & Jones 1976]. Sums
+// since a step, a = Σ l u, have the covariance B = Σ l lᵀ while nothing has changed, so aᵀ B⁻¹ a is χ² with
+// four degrees of freedom: the likelihood ratio of a change at that step. Several steps are tried, each about
+// twice as long ago as the next. That what is held is let go is the likeliest change, and known: δ = −λ̂. Its
+// likelihood ratio exceeds A at any time after its step with a probability of 1/A at most. On a real arm the
+// test is larger, by errors of the model that look like a load, and smaller where errors of neighbouring rows
+// are alike; both are measured by its own mean of late, which a change that is not found moves little.
 class LoadChange {
  public:
   static constexpr std::size_t onsets = 6;  // a choice: each takes four columns beside y
@@ -161,8 +161,8 @@ class LoadChange {
   explicit LoadChange(const Options& options) {
     const double steps = 3600.0 * options.hours_to_false_alarm * options.per_second;
     const double p = 1.0 / (steps * static_cast<double>(onsets));
-    // P(4 F > x) = (1 + x/ν)^(−ν/2) (1 + x/2 / (1 + x/ν)) of F with 4 and ν degrees of freedom, by fixed-point
-    // iteration: variances are those of ν rows.
+    // P(4 F > x) = (1 + x/ν)^(−ν/2) (1 + x/2 / (1 + x/ν)) of F with 4 and ν degrees of freedom, by
+    // fixed-point iteration: variances are those of ν rows.
     constexpr double rows = RowNoise::memory;
     threshold_ = 40.0;
     for (int k = 0; k < 60; ++k) {
@@ -178,8 +178,8 @@ class LoadChange {
     state_.mean.fill(1.5 * degrees);
   }
 
-  // A row of some kind: l and u, both over the deviation of the prediction by the long-run noise. Of rows whose
-  // noise is not known yet nothing can be said.
+  // A row of some kind: l and u, both over the deviation of the prediction by the long-run noise. Of rows
+  // whose noise is not known yet nothing can be said.
   void take(const Signatures& l, double u, const RowNoise& noise, std::size_t kind) noexcept {
     if (!noise.known(kind)) {
       return;
@@ -225,8 +225,8 @@ class LoadChange {
     }
   }
 
-  // Which step is given up for a new one, once in a while: the oldest if it is too old, else that which leaves
-  // the smallest gap.
+  // Which step is given up for a new one, once in a while: the oldest if it is too old, else that which
+  // leaves the smallest gap.
   //
   // release  change that lets go what is held now
   [[nodiscard]] std::optional<std::size_t> restart(const Vector4& release = {}) noexcept {
@@ -258,8 +258,8 @@ class LoadChange {
     return quiet() ? 0.0 : inner(state_.likely, l[state_.by]);
   }
 
-  // The change that was found is tried from now on: whether the rows that come show it too, by their likelihood over
-  // that of no change.
+  // The change that was found is tried from now on: whether the rows that come show it too, by their
+  // likelihood over that of no change.
   void try_change() noexcept {
     state_.delta = state_.likely;
     state_.ratio = state_.highest = 0.0;

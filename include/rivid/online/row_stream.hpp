@@ -105,11 +105,11 @@ class RowStream {
   /// A row of one joint.
   struct Row {
     std::size_t joint;
-    const Scalar*
-        values;  ///< in the order of columns().of_joint(joint); of friction that follows the load the sign alone
-    Scalar y;       ///< torque [N·m | N]
-    int direction;  ///< of its motion, ±1; 0 at rest
-    Scalar speed;   ///< mean velocity [rad/s | m/s]
+    const Scalar* values;  ///< in the order of columns().of_joint(joint); of friction that follows the load
+                           ///< the sign alone
+    Scalar y;              ///< torque [N·m | N]
+    int direction;         ///< of its motion, ±1; 0 at rest
+    Scalar speed;          ///< mean velocity [rad/s | m/s]
   };
 
   /// @param columns  of the rows

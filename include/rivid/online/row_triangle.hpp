@@ -19,7 +19,9 @@ namespace rivid::detail {
 // Rows of joints whose friction follows their load, τ = u + Fl s |u| + … with u = (M q̈ + N)_j, made linear
 // at the model's parameters and a body on the last link, by the formula of LoadColumns:
 //
-//   (1 + Fl₀ g s) u + s |u₀| Fl = y + Fl₀ g s u₀,   g = u₀ / √(u₀² + w²),   w the deviation of the joint's residual.
+//   (1 + Fl₀ g s) u + s |u₀| Fl = y + Fl₀ g s u₀,   g = u₀ / √(u₀² + w²),
+//
+// with w the deviation of the joint's residual.
 //
 // While u has the sign of u₀ this leaves (Fl − Fl₀) (|u| − |u₀|) s.
 template <typename Scalar>

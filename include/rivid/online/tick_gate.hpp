@@ -15,9 +15,9 @@ namespace rivid {
 
 struct TickGateOptions {
   double f_m = 1000.0;  ///< ticks a second [Hz]
-  /// Acceleration that no joint can have for one tick and its opposite for the next [rad/s² | m/s²]: a tick that asks for
-  /// more, and for more than eight times what the noise of the positions does, is a glitch. Positions that stay away after
-  /// such a jump begin anew.
+  /// Acceleration that no joint can have for one tick and its opposite for the next [rad/s² | m/s²]: a tick
+  /// that asks for more, and for more than eight times what the noise of the positions does, is a glitch.
+  /// Positions that stay away after such a jump begin anew.
   double largest_acceleration = 100.0;
   Index filled = 2;          ///< ticks lost one after the other that are filled in; more are a gap
   double smoothing = 0.003;  ///< time constant of the velocities [s]
@@ -40,18 +40,18 @@ struct TickQuality {
   Index lost = 0;    ///< ticks before it that did not come, or were not taken
   bool gap = false;  ///< they were too many to be filled in, or positions have jumped: everything begins anew
   bool not_finite = false;  ///< it has no number, or one that no robot has, and counts as lost
-  bool repeated =
-      false;  ///< it is the one before once more, or its positions are though the robot moves; it counts as lost
-  bool late = false;    ///< its time is that of no tick, or it comes behind a later one; it counts as lost
-  bool glitch = false;  ///< the tick before it was a glitch, and was replaced
+  bool repeated = false;  ///< it is the one before once more, or its positions are though the robot moves; it
+                          ///< counts as lost
+  bool late = false;      ///< its time is that of no tick, or it comes behind a later one; it counts as lost
+  bool glitch = false;    ///< the tick before it was a glitch, and was replaced
 
   [[nodiscard]] bool good() const noexcept {
     return lost == 0 && !gap && !not_finite && !repeated && !late && !glitch;
   }
 };
 
-/// Ticks of a control loop as they come, made the even ones that estimators take. Each comes out one tick later,
-/// when the next one says whether it was a glitch; ticks that are lost are interpolated.
+/// Ticks of a control loop as they come, made the even ones that estimators take. Each comes out one tick
+/// later, when the next one says whether it was a glitch; ticks that are lost are interpolated.
 ///
 /// What a size of noise is, is learned: quantised positions and time stamps that jitter are no glitches.
 ///
@@ -210,8 +210,8 @@ TickQuality TickGate<Scalar>::update(double t, const Values& q, const Values& ta
   return out;
 }
 
-// The tick at hand goes out, behind those that were lost before it, once its neighbours have said whether it was a
-// glitch: nothing is filled in from one.
+// The tick at hand goes out, behind those that were lost before it, once its neighbours have said whether it
+// was a glitch: nothing is filled in from one.
 //
 // steps  from it to the next one
 template <typename Scalar>
@@ -275,9 +275,9 @@ void TickGate<Scalar>::push(const Tick& next, Index steps, const Take& take, Tic
   now_ = next;
 }
 
-// Whether a value lies off the line between its neighbours, and off what it should be on the same side, by more
-// than there is reason for: it takes its place on the line. A real kink or step has neighbours on one of its
-// sides, and an acceleration that lasts bends the line to the other one.
+// Whether a value lies off the line between its neighbours, and off what it should be on the same side, by
+// more than there is reason for: it takes its place on the line. A real kink or step has neighbours on one of
+// its sides, and an acceleration that lasts bends the line to the other one.
 template <typename Scalar>
 bool TickGate<Scalar>::replaced(Scalar& x, const Scalar& line, const Scalar& expected, Scalar& usual,
                                 const Limits& limits) noexcept {

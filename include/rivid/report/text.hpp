@@ -26,8 +26,8 @@ inline constexpr std::size_t longest_line = 100;
 ///                program, where they do not
 [[nodiscard]] std::string in_words(const Identification& result, std::size_t screen = 0);
 
-/// The first screen of it, at most 40 lines of 100 columns for seven joints: verdict and forecast, the joints,
-/// three findings at most.
+/// The first screen of it, at most 40 lines of 100 columns for seven joints: verdict and forecast, the
+/// joints, three findings at most.
 ///
 /// @param screen  columns of the terminal; 0: 100
 [[nodiscard]] std::string first_screen(const Robot& robot, const Identification& result,

@@ -134,8 +134,8 @@ class StreamingDecimator {
   std::array<long, modes> reach_{};
 
   bool begun_ = false;
-  Matrix
-      buffer_;  // samples that wait for complete segments, from row `lead` on; the first of a series lies before it
+  Matrix buffer_;  // samples that wait for complete segments, from row `lead` on; the first of a series lies
+                   // before it
   Index capacity_ = 0;
   Index filled_ = 0;
   Matrix forward_;  // (2 modes × columns) forward states at the last row, real parts above imaginary ones

@@ -30,10 +30,10 @@ enum class Integrator {
   automatic,  ///< adams where the control is continuous, bogacki_shampine where it is sampled
   adams,  ///< CVODE, variable-order Adams method with functional iteration: smooth loops that are not stiff
   bdf,    ///< CVODE, variable-order BDF with Newton iteration: stiff loops
-  bogacki_shampine,  ///< explicit Runge-Kutta 3(2): control in periods that are short against the motion, after each
-                     ///< of which a multistep method would have to start again
-  dormand_prince,  ///< explicit Runge-Kutta 5(4): the same with tight tolerances or long periods
-  rk4              ///< the classical method with one fixed step a control period and no error control
+  bogacki_shampine,  ///< explicit Runge-Kutta 3(2): control in periods that are short against the motion,
+                     ///< after each of which a multistep method would have to start again
+  dormand_prince,    ///< explicit Runge-Kutta 5(4): the same with tight tolerances or long periods
+  rk4                ///< the classical method with one fixed step a control period and no error control
 };
 
 /// What happens where a joint reverses.

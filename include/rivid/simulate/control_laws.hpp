@@ -135,7 +135,8 @@ struct PidControl {
 /// Cascade of drives: a proportional position loop whose output, with the reference velocity fed forward, is
 /// what a proportional-integral velocity loop follows; anti-windup by back-calculation.
 ///
-///   e_v = k_p (q_r − q) + k_f q̇_r − q̇,   v = k_v e_v + x,   v_τ = sat(v),   ẋ = k_v e_v / T_i + (v_τ − v) / T_t
+///   e_v = k_p (q_r − q) + k_f q̇_r − q̇,   v = k_v e_v + x,   v_τ = sat(v),
+///   ẋ = k_v e_v / T_i + (v_τ − v) / T_t
 ///
 /// By poles: with (omega_n, zeta, omega_i) those of the closed loop are (s² + 2ζ ω_n s + ω_n²)(s + ω_i) = 0,
 /// where k_v = (2ζ ω_n + ω_i) J / g_τ, and k_p and 1/T_i are the larger and the smaller root of z² − (ω_n² +

@@ -41,10 +41,10 @@ struct InertiaSearch {
 
 /// Largest inertia that each joint's drive sees at all, the J_j of Eq. (38) of [RIV] over all q.
 ///
-/// M_jj depends on the joints behind j only, unless joints depend on others. It is searched over a box of their
-/// positions: within the limits of each joint, a revolute joint without limits through one turn. From the best of the positions sampled,
-/// M_jj climbs along one coordinate at a time until none gives more. That is a lower bound of the true
-/// maximum: it is a local one, in practice the global one, without a proof.
+/// M_jj depends on the joints behind j only, unless joints depend on others. It is searched over a box of
+/// their positions: within the limits of each joint, a revolute joint without limits through one turn. From
+/// the best of the positions sampled, M_jj climbs along one coordinate at a time until none gives more. That
+/// is a lower bound of the true maximum: it is a local one, in practice the global one, without a proof.
 ///
 /// @return  J, (n) [kg·m² | kg]; all entries positive
 /// @throws InputError     the search's complaint(); where a prismatic joint beyond the first has no limits

@@ -379,8 +379,8 @@ struct DynamicsBodies {
 };
 
 // The same robot in frames that are turned about their own z axes, so that the z axis of each lies in the y-z
-// plane of the one before: no joint notices, and rotations between frames become R = Rx(α) Rz(θ). A frame that
-// carries several links can not please all.
+// plane of the one before: no joint notices, and rotations between frames become R = Rx(α) Rz(θ). A frame
+// that carries several links can not please all.
 inline DynamicsBodies turned_about_z(const LinkTree& tree, const std::vector<Inertial>& of_links) {
   DynamicsBodies out{tree.chain, {}};
   for (const std::size_t j : tree.order) {

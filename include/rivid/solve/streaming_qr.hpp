@@ -150,7 +150,7 @@ class StreamingQr {
 /// | 8 | `rivid-QR` |
 /// | 4, 4 | version of the format, 1; the number 0x01020304, which shows the order of the bytes |
 /// | 8, 8, 8 | columns, carried columns, rows |
-/// | 8 each | R and Qᵀ times the carried columns: column by column, each down to the diagonal or the last row |
+/// | 8 each | R and Qᵀ times the carried columns: column by column, each to the diagonal or the last row |
 /// | 8 each | norms of the unreachable parts of the carried columns; sums of all columns |
 /// | 8 | FNV-1a checksum of all bytes before it |
 [[nodiscard]] std::string encoded(const StreamingQr& qr);

@@ -27,8 +27,8 @@ std::vector<Change> other_law(const Told& t, Friction law) {
   return {{.key = "robot.friction", .joint = t.it.subject, .word = std::string(name(law))}};
 }
 
-// The motor of the second joint, turned by the first one as well. Which way, friction says, whose sign changes
-// with that of the one velocity or the other.
+// The motor of the second joint, turned by the first one as well. Which way, friction says, whose sign
+// changes with that of the one velocity or the other.
 std::vector<Change> coupled(const Told& t) {
   const auto surely = [&](Index column) { return std::abs(t.test.estimate[column] / t.test.sigma[column]); };
   const std::size_t between = t.it.subject.find(" and ");

@@ -359,8 +359,8 @@ std::vector<Motion> faster(std::vector<Motion> motions) {
   return motions;
 }
 
-// What a load of a link does to the torques: its mass, first moments, and inertia about the axis of its joint.
-// Base parameters of the links before take up most of the mass.
+// What a load of a link does to the torques: its mass, first moments, and inertia about the axis of its
+// joint. Base parameters of the links before take up most of the mass.
 Matrix load_effect(std::size_t link, const BaseParameters& base, const ProbedRows& rows) {
   std::vector<Vector> of_chi;
   for (std::size_t k = 0; k < base.standard.size(); ++k) {

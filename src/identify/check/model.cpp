@@ -269,7 +269,8 @@ void check_sameness(const TorqueProbe& probe, const Robot& robot, const Identifi
   }
 }
 
-// A block of time of which much more of a joint's torque is left than of others: by the joint where it is most.
+// A block of time of which much more of a joint's torque is left than of others: by the joint where it is
+// most.
 void check_evenness(const Robot& robot, const ProbedRows& rows, Findings& out) {
   // Than of the middle block: of 177 real logs and pieces 3 % have more.
   constexpr double much_more = 5.0;

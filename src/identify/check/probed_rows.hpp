@@ -29,8 +29,8 @@ struct ProbedRows {
     [[nodiscard]] Index size() const { return static_cast<Index>(instants.size()); }
   };
 
-  // Rows at instants that are spread over the motion, and more of them of a joint that has its turn for a short
-  // time.
+  // Rows at instants that are spread over the motion, and more of them of a joint that has its turn for a
+  // short time.
   //
   // result  whose base parameters and weights are taken
   ProbedRows(const TorqueProbe& probe, const Robot& robot, const Identification& result);

@@ -213,8 +213,8 @@ bool mended_already(const Findings& found) {
 }
 
 // A joint carries all that the joints behind it carry, so its inertia is not many times smaller than theirs,
-// unless their torques have another unit: the joint where this is not so, beside the largest inertia nearer to
-// the base.
+// unless their torques have another unit: the joint where this is not so, beside the largest inertia nearer
+// to the base.
 //
 // least, most  what the diagonal of the mass matrix can be
 std::optional<std::pair<Index, double>> out_of_order(const Robot& robot, const Vector& least,
@@ -232,7 +232,8 @@ std::optional<std::pair<Index, double>> out_of_order(const Robot& robot, const V
   return std::nullopt;
 }
 
-// Whether such a joint was found, in both halves of the logs too: an inertia of few accelerations is any number.
+// Whether such a joint was found, in both halves of the logs too: an inertia of few accelerations is any
+// number.
 bool check_order(const TorqueProbe& probe, const Robot& robot, const Reading& reading, const Vector& inertias,
                  Findings& out) {
   if (!out_of_order(robot, inertias, inertias)) {

@@ -30,8 +30,8 @@ constexpr double mostly_explained = 0.25;
 // factor of what is left (squared) that counts as equal where faults go; a choice
 constexpr double no_worse = 1.05;
 constexpr double tie = 1.005;  // of two changes that fit as well, the first counts
-// A delay is believed where it leaves this part of what was left (squared), in each half of the logs too, is so
-// many samples long, and differs between the halves by no more than a part of itself.
+// A delay is believed where it leaves this part of what was left (squared), in each half of the logs too, is
+// so many samples long, and differs between the halves by no more than a part of itself.
 constexpr double delay_convincing = 0.7;
 constexpr double least_delay_samples = 2.0;
 constexpr double same_delay = 0.25;

@@ -26,7 +26,8 @@ namespace {
 constexpr std::array candidates = {Friction::symmetric, Friction::root, Friction::load, Friction::load_root};
 // of time, each predicted by the fit to the others; a choice: more take a fit each
 constexpr Index wanted_stretches = 8;
-// By how much of its error, and by how many standard errors, a richer law has to be better than a simpler one.
+// By how much of its error, and by how many standard errors, a richer law has to be better than a simpler
+// one.
 constexpr double least_gain = 0.03;
 constexpr double least_deviations = 2.0;
 // A joint whose Fl has a larger deviation than this, is negative by more deviations than that, or larger than
@@ -143,8 +144,8 @@ Friction without_load(Friction law) {
 }
 
 // Laws of all joints, where the open ones have a candidate, without the load where that is not shown. Motors
-// of several joints with dry friction of their own do not go with every law, nor does a prefilter: such joints
-// keep the first.
+// of several joints with dry friction of their own do not go with every law, nor does a prefilter: such
+// joints keep the first.
 std::vector<Friction> laws_with(const Robot& linear, const Estimation& asked,
                                 const std::vector<std::uint8_t>& open,
                                 const std::vector<std::uint8_t>& shows_load, Friction law) {

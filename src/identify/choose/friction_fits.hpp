@@ -11,8 +11,8 @@
 // Fits of friction laws, side by side, to the rows that one is chosen by.
 namespace rivid::detail {
 
-// Normal equations of rows of one joint as [W, T L, y]ᵀ [W, T L, y]. The torque is (W + Fl T L) χ, where T has
-// the sign of the velocity times that of the load L χ on its diagonal.
+// Normal equations of rows of one joint as [W, T L, y]ᵀ [W, T L, y]. The torque is (W + Fl T L) χ, where T
+// has the sign of the velocity times that of the load L χ on its diagonal.
 struct JointSums {
   Matrix WW;
   Vector Wy;
@@ -54,9 +54,9 @@ struct LawFit {
   Matrix A;        // of the normal equations of the last step
 };
 
-// Fits of a law for each joint. Laws differ in few columns and stretches of time in few rows, so fits share the
-// sums of all of them: cross-validation takes eight times as many fits as there are laws, each of which costs
-// as much by all rows as the estimate itself.
+// Fits of a law for each joint. Laws differ in few columns and stretches of time in few rows, so fits share
+// the sums of all of them: cross-validation takes eight times as many fits as there are laws, each of which
+// costs as much by all rows as the estimate itself.
 class FrictionFits {
  public:
   // No stretch.

@@ -31,18 +31,18 @@ constexpr double most_disturbance = 0.5;
 constexpr double kept_motion = 0.9;
 // Rows slower than this part of a joint's rms velocity are left out.
 constexpr double slow_part = 0.05;
-// Rows for each parameter with which the window that noise asks for is taken as it is. With fewer the estimate
-// errs more than noise would make it, and windows are chosen by what both do to the predicted torques, down to
-// so many rows for each parameter.
+// Rows for each parameter with which the window that noise asks for is taken as it is. With fewer the
+// estimate errs more than noise would make it, and windows are chosen by what both do to the predicted
+// torques, down to so many rows for each parameter.
 constexpr double many_rows = 10.0;
 constexpr double fewest_rows = 2.0;
 // rows for each parameter, above which the first of the windows that serve is taken; a choice
 constexpr double plenty = 40.0;
-// Rows for each column of the joint that has the fewest, below which residuals say too little about the errors
-// to be worth less noise.
+// Rows for each column of the joint that has the fewest, below which residuals say too little about the
+// errors to be worth less noise.
 constexpr double enough_rows = 10.0;
-// Rows on which predicted torques are compared: long enough for noise to count as little, short enough for the
-// motion [s]. And the part of all squared torques that each joint's are taken for at least.
+// Rows on which predicted torques are compared: long enough for noise to count as little, short enough for
+// the motion [s]. And the part of all squared torques that each joint's are taken for at least.
 constexpr double judged_spacing = 0.08;
 constexpr double least_torque = 0.05;
 // Shorter windows are no longer tried once one is so many times worse than the best.

@@ -15,8 +15,8 @@ namespace rivid::detail {
 
 namespace {
 
-// The part of a bias by noise that the estimate at twice the window shows: nearly all of the bias is gone there.
-// Two deviations more, so that it is all where the bias is small.
+// The part of a bias by noise that the estimate at twice the window shows: nearly all of the bias is gone
+// there. Two deviations more, so that it is all where the bias is small.
 double borne_out(const Vector& bias, const Vector& change, const Vector& sigma) {
   const Vector expected = -bias.cwiseQuotient(sigma);
   const Vector found = change.cwiseQuotient(sigma);
@@ -27,9 +27,9 @@ double borne_out(const Vector& bias, const Vector& change, const Vector& sigma) 
   return squares > 0.0 ? std::clamp(std::max(part, 0.0) + 2.0 * deviation, 0.0, 1.0) : 1.0;
 }
 
-// By what the choice of the rows moves the parameters, (b × shifts): the bias that noise is expected to leave,
-// and estimates at neighbouring windows where these are too far away for chance. Instruments see no such
-// noise, and have windows of their own.
+// By what the choice of the rows moves the parameters, (b × shifts): the bias that noise is expected to
+// leave, and estimates at neighbouring windows where these are too far away for chance. Instruments see no
+// such noise, and have windows of their own.
 Matrix row_shifts(const Answer& answer, Findings& out) {
   const EstimationProblem& problem = *answer.problem;
   const Inference& inference = answer.inference;

@@ -32,9 +32,10 @@ struct Answer {
   std::vector<std::string> notes;  // of robot and logs
 };
 
-// What deviations have beyond errors of the rows: forecasts of torques nothing, for a law of friction that was
-// nearly chosen moves its parameters together and hardly the torques; the judge that choice; the result also
-// what is open of the geometry, which is the same in all logs of an arm, so that no fault is judged beside it.
+// What deviations have beyond errors of the rows: forecasts of torques nothing, for a law of friction that
+// was nearly chosen moves its parameters together and hardly the torques; the judge that choice; the result
+// also what is open of the geometry, which is the same in all logs of an arm, so that no fault is judged
+// beside it.
 enum class Widened { for_forecast, for_judge, whole };
 
 // The result, or what a judge is to see of it where there is no judgement yet.

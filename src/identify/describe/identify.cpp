@@ -83,8 +83,8 @@ std::optional<Robot> with_laws(Robot robot, const Finding& hint) {
   return hint.changes.empty() ? std::nullopt : std::optional(std::move(robot));
 }
 
-// A law of friction that the logs of the fit show, but with which others are explained worse, is no hint. It is
-// tried as a user would take it: with rows of its own. Of one that can not be tried nothing is known.
+// A law of friction that the logs of the fit show, but with which others are explained worse, is no hint. It
+// is tried as a user would take it: with rows of its own. Of one that can not be tried nothing is known.
 void erase_misleading_laws(const Robot& robot, std::span<const Log> logs, std::span<const Log> validation,
                            Estimation estimation, const Identification& seen,
                            std::vector<Finding>& findings) {

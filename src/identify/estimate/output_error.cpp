@@ -36,8 +36,8 @@ constexpr double prior_step = 0.05;
 constexpr double longest_step = 0.1;
 // The others then by this part of themselves at least.
 constexpr double least_part = 0.005;
-// Where all parameters and gains grow alike, positions that move by a smaller part of what one gain moves them
-// by stay: errors of the differences, which would count as knowledge of the scale.
+// Where all parameters and gains grow alike, positions that move by a smaller part of what one gain moves
+// them by stay: errors of the differences, which would count as knowledge of the scale.
 constexpr double scale_seen = 0.05;
 // Part of the parameter tolerance below which a step is none.
 constexpr double at_rest = 0.2;

@@ -98,8 +98,8 @@ TorqueForecast expected_error(const Robot& robot, const BaseParameters& base, st
 
 namespace {
 
-// Sums of squares of what a model leaves of a joint's torques, and of these, decimated alike. Decimation is linear:
-// that of two series is that of all columns of W.
+// Sums of squares of what a model leaves of a joint's torques, and of these, decimated alike. Decimation is
+// linear: that of two series is that of all columns of W.
 class ErrorSink final : public BufferedSink {
  public:
   ErrorSink(Vector chi, int n_d) : BufferedSink(chi.size() + 1), chi_(std::move(chi)) {

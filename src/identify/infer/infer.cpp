@@ -292,8 +292,8 @@ Inference inferred(const EstimationProblem& problem, const Estimated& found) {
   }
   out.of_geometry = geometry_covariance(problem, estimate);
   // Errors of the model last in the positions of a simulated loop, and no interval of these knows them: both
-  // estimates of the loop differ by them, but for what a start with a wrong loop has. Gains of which the poles are known are those of the start, and its
-  // scale is that of the estimate.
+  // estimates of the loop differ by them, but for what a start with a wrong loop has. Gains of which the
+  // poles are known are those of the start, and its scale is that of the estimate.
   out.loop_C = statistics.loop_C;
   if (found.output_error && found.output_error->loop.empty() && problem.iv().chi_0.size() == 0) {
     const Vector shift = out.chi - found.output_error->start;

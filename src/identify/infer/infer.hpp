@@ -65,7 +65,8 @@ struct Inference {
 // C    covariance of the parameters, (b × b)
 // fit  whose residual is to be expected
 [[nodiscard]] TorqueForecast expected_error(std::span<const RowGroup> rows, const Matrix& C, const Fit& fit);
-// That of random motion as far, as fast and with as large accelerations as these logs, all joints independent.
+// That of random motion as far, as fast and with as large accelerations as these logs, all joints
+// independent.
 [[nodiscard]] TorqueForecast expected_error(const Robot& robot, const BaseParameters& base,
                                             std::span<const Log> logs, const Vector& chi, const Matrix& C,
                                             const Fit& fit);
@@ -106,9 +107,9 @@ struct Twins {
 // throws InputError where a twin is none of the robot's joints, differs in kind or stands elsewhere
 [[nodiscard]] Twins twins_of(const Robot& robot, const BaseParameters& base);
 
-// Inference::tie of an estimate, applied to all of `out` that is a vector or covariance of the parameters, and
-// what the data say of the ties: notes and warnings. Least squares of the rows with the ties, for independent
-// errors, as essential() does it.
+// Inference::tie of an estimate, applied to all of `out` that is a vector or covariance of the parameters,
+// and what the data say of the ties: notes and warnings. Least squares of the rows with the ties, for
+// independent errors, as essential() does it.
 void tie_twins(const EstimationProblem& problem, const Estimate& estimate, Inference& out);
 
 // The same estimate with ties that hold to a part of its deviations that does not count.

@@ -72,8 +72,8 @@ struct LeftOut {
   Matrix chi;                  // without each block, (b × blocks)
 };
 
-// Of the estimate, or with options of the physically consistent parameters. What the other blocks leave open is
-// the least solution there, as of the estimate itself, or the description's.
+// Of the estimate, or with options of the physically consistent parameters. What the other blocks leave open
+// is the least solution there, as of the estimate itself, or the description's.
 LeftOut without_blocks(const EstimationProblem& problem, const Estimate& estimate,
                        std::span<const BlockSums> blocks, const Physical* options = nullptr) {
   const Index b = problem.base.size();

@@ -119,8 +119,8 @@ ParameterKind opposite(ParameterKind kind) {
   return at == pairs.end() ? kind : (*at)[1];
 }
 
-// Standard parameters of a joint and its link as those of the twin, in `T` of χ_st = T χ_st'; of friction where
-// both have the same law.
+// Standard parameters of a joint and its link as those of the twin, in `T` of χ_st = T χ_st'; of friction
+// where both have the same law.
 void tie_standard(const Robot& robot, const std::vector<StandardParameter>& standard, const Mirrors& mirrors,
                   int j, Matrix& T) {
   const Eigen::Matrix3d M = mirrors.mirror(j);

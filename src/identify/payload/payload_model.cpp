@@ -164,8 +164,8 @@ Vector PayloadFit::load_friction() const {
   return out;
 }
 
-// The inertia about the centre of mass, J − (hᵀh 1 − h hᵀ) / m, is measured as m k² 1 with the usual radius of
-// gyration k, with a deviation of m k² on the diagonal and half of that beside it.
+// The inertia about the centre of mass, J − (hᵀh 1 − h hᵀ) / m, is measured as m k² 1 with the usual radius
+// of gyration k, with a deviation of m k² on the diagonal and half of that beside it.
 void PayloadFit::add_usual_body(std::size_t k, Known& to) const {
   constexpr double least_mass = 0.05;  // [kg], of which it is a body where there may be none
   const Eigen::Matrix3d one = Eigen::Matrix3d::Identity();

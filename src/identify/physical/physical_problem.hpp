@@ -24,9 +24,9 @@ struct PhysicalProblem {
                                                const Physical& options);
 
 // What is open of base parameters that the prior decided, at the standard parameters x: A H⁻¹ s² P H⁻¹ Aᵀ, of
-// bodies and of friction and rotors apart, with P the part of the prior in the curvature H of the cost. How far
-// the description is off, s², is what it is off where the data tell [MacKay 1992]. Infinite for
-// friction and rotors without a row.
+// bodies and of friction and rotors apart, with P the part of the prior in the curvature H of the cost. How
+// far the description is off, s², is what it is off where the data tell [MacKay 1992]. Infinite for friction
+// and rotors without a row.
 [[nodiscard]] Matrix covariance_of_prior(const PhysicalProblem& problem, const BaseParameters& base,
                                          const Vector& x);
 

@@ -19,7 +19,8 @@ constexpr double slight = 1e-3;
 // roundings.
 constexpr double least_variance = 1e-13;
 
-// A covariance as what draws and projections need of it. Undetermined parameters have rows and columns of zeros.
+// A covariance as what draws and projections need of it. Undetermined parameters have rows and columns of
+// zeros.
 struct Distribution {
   Vector mean;
   Matrix spread;  // C = spread spreadᵀ, (b × kept)

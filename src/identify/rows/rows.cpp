@@ -92,8 +92,8 @@ std::vector<double> thresholds_of(const detail::RowSource& source, const SignalO
   return detail::made_of(source.masks(), &detail::MotionMask::threshold);
 }
 
-// A position that is nowhere near the others, as a corrupt line leaves it, for a message; empty where there is
-// none.
+// A position that is nowhere near the others, as a corrupt line leaves it, for a message; empty where there
+// is none.
 std::string stray_position(const Robot& robot, const Log& log) {
   // times the size that 90 % of the samples keep; a choice: no motion does it, shifted digits do
   constexpr double far = 1e3;
