@@ -2,6 +2,8 @@
 
 option(RIVID_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
 option(RIVID_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
+option(RIVID_CORE_ONLY "Build the rooms of the library that know of no experiment, for the preset core-sanitize" OFF)
+set(RIVID_CORE model signal data solve regressor simulate)
 option(RIVID_SANITIZE_THREADS "Build with ThreadSanitizer" OFF)
 option(RIVID_FUZZ "Build the harnesses of tests/fuzz with libFuzzer, which clang has" OFF)
 option(RIVID_HARDEN "Build library, tools and Python extension with stack protector, FORTIFY and BIND_NOW" ON)
@@ -29,6 +31,10 @@ function(rivid_developer_flags target)
     target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=all
                                              -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=address,undefined)
+    if(RIVID_CORE_ONLY)
+      # Checks of each pointer take as long to compile as all the others.
+      target_compile_options(${target} PRIVATE -fno-sanitize=null,alignment,vptr,object-size,pointer-overflow)
+    endif()
   endif()
   if(RIVID_SANITIZE_THREADS)
     target_compile_options(${target} PRIVATE -fsanitize=thread)

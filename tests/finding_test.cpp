@@ -35,7 +35,8 @@ TEST(DiagnosticCodes, AreFoundByTheirNames) {
 
 // One line a severity, the gravest first.
 TEST(DiagnosticCodes, StandOnTheirPageToTheLetter) {
-  const std::string page = test::content_of(std::filesystem::path(RIVID_DOCS) / "diagnostics.md");
+  std::string page = test::content_of(std::filesystem::path(RIVID_DOCS) / "diagnostics.md");
+  std::ranges::replace(page, '\n', ' ');
   for (const auto& [severity, heading] :
        {std::pair{Severity::error, "**Errors**: "}, std::pair{Severity::warning, "**Warnings**: "},
         std::pair{Severity::note, "**Notes**: "}}) {
@@ -46,8 +47,8 @@ TEST(DiagnosticCodes, StandOnTheirPageToTheLetter) {
       }
     }
     expected += ".";
-    EXPECT_NE(page.find("\n" + expected + "\n"), std::string::npos)
-        << "docs/diagnostics.md must show this line:\n"
+    EXPECT_NE(page.find(" " + expected + " "), std::string::npos)
+        << "docs/diagnostics.md must show, in lines of 110 characters:\n"
         << expected;
   }
 }
