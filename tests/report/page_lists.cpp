@@ -44,7 +44,8 @@ std::string in_lines(std::string_view item) {
   Index column = 0;
   std::string part;  // that stays whole
   Index width = 0;   // of it, in characters
-  char closing = 0;  // that ends code or a link's text
+  bool in_code = false;
+  Index links = 0;  // whose text goes on, and brackets
   const auto put = [&] {
     const bool first = out.empty();
     if (!first && column + 1 + width > most) {
@@ -58,12 +59,12 @@ std::string in_lines(std::string_view item) {
     column += std::exchange(width, 0);
   };
   for (const char c : item) {
-    if (closing == 0 && c == ' ' && !part.empty()) {
+    if (!in_code && links == 0 && c == ' ' && !part.empty()) {
       put();
       continue;
     }
-    const bool opens = closing == 0 && (c == '`' || c == '[');
-    closing = opens ? (c == '[' ? ']' : c) : c == closing ? char(0) : closing;
+    in_code = in_code != (c == '`');
+    links += in_code ? 0 : (c == '[' ? 1 : 0) - (c == ']' ? 1 : 0);
     part += c;
     width += (static_cast<unsigned char>(c) & 0xC0U) == 0x80U ? 0 : 1;  // 10xxxxxx goes on with a character
   }
