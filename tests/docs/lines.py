@@ -5,6 +5,7 @@ Tables, code, and what has no blank to be broken at may be longer.
 
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import unicodedata
@@ -45,9 +46,10 @@ def comments(text, mark):
 
 def main():
     sources = pathlib.Path(sys.argv[1]).resolve()
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=sources, capture_output=True, text=True, check=False)
-    if listed.returncode != 0:
-        print("skipped: no files of git")
+    git = ["git", "ls-files", "-z"]
+    listed = subprocess.run(git, cwd=sources, capture_output=True, text=True, check=False) if shutil.which("git") else None
+    if listed is None or listed.returncode != 0:
+        print("skipped: no git, or no files of it")
         return 0
     wrong = []
     for name in filter(None, listed.stdout.split("\0")):
